@@ -29,6 +29,19 @@ fn counts_are_angles_by_sign_scale_and_zero() {
 }
 
 #[test]
+fn a_factor_corrects_the_scale() {
+    let text = DRIVES
+        .replace("sign = 1, zero = 0", "sign = -1, factor = 0.5, zero = 100.0")
+        .replace(TORQUE, &format!("{TORQUE}, factor = 1.25"));
+    let scales = scales(&text).unwrap();
+    assert!(close(scales.position_rad(3, 100.0 + 2048.0), -TAU / 8.0));
+    assert!(close(scales.position_value(3, -TAU / 8.0), 100.0 + 2048.0));
+    assert!(close(scales.reference_rad(3, 100.0 - 8192.0, 0.0), TAU / 2.0));
+    assert!(close(scales.torque_nm(0, 250.0), 0.25 * 2.0 * 1.25));
+    assert!(close(scales.torque_value(0, 0.625), 250.0));
+}
+
+#[test]
 fn a_rated_current_says_which_value_it_is() {
     for (current, constant, factor) in [
         ("rms", "rms", 1.0),
@@ -82,6 +95,8 @@ fn numbers_that_no_drive_has_are_refused() {
         ("rated_torque_nm = 2.0", "rated_torque_nm = 0.0"),
         ("rated_torque_nm = 2.0", "rated_torque_nm = inf"),
         ("zero = 0", "zero = inf"),
+        ("zero = 0", "factor = -1.0, zero = 0"),
+        ("rated_torque_nm = 2.0 } }", "rated_torque_nm = 2.0 } }, factor = 0.0"),
     ] {
         let text = DRIVES.replace(from, to);
         assert!(

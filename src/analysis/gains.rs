@@ -40,8 +40,8 @@ pub enum FindGainsError {
 pub struct FoundGain {
     /// Its joint.
     pub joint: JointIndex,
-    /// Key of the gain in the cell file. `None` if the drive reports the torque in N·m, or if the
-    /// torque comes from a table.
+    /// Key of the gain in the cell file: `factor` if the drive reports the torque in N·m. `None` if
+    /// the torque comes from a table.
     pub key: Option<&'static str>,
     /// Unit of the gain.
     pub unit: &'static str,
@@ -124,9 +124,10 @@ pub fn find_drive_gains(
 
 impl FoundGain {
     fn new(gain: &DriveGain, drive: Option<&DriveSpec>, basis: &str) -> Self {
-        let mut scale = drive.map(|drive| drive.torque.scale);
-        let configured = scale.as_mut().and_then(proportional_value);
-        let (key, unit, value) = configured
+        let mut gain_of_cell = drive.map(|drive| drive.torque.clone());
+        let (key, unit, value) = gain_of_cell
+            .as_mut()
+            .map(proportional_value)
             .map_or((None, "× stated", 1.0), |(key, unit, value)| (Some(key), unit, *value));
         let factor_found =
             gain.factor.map(|UncertainValue { value: factor, standard_deviation }| {
@@ -148,19 +149,19 @@ impl FoundGain {
     }
 }
 
-/// Returns the configured number that the torque is proportional to, with its key and unit. `None`
-/// if the drive reports the torque in N·m.
-fn proportional_value(scale: &mut TorqueScale) -> Option<(&'static str, &'static str, &mut f64)> {
-    match scale {
+/// Returns the configured number that the torque is proportional to, with its key and unit. It is
+/// the factor if the drive reports the torque in N·m.
+fn proportional_value(gain: &mut TorqueGain) -> (&'static str, &'static str, &mut f64) {
+    match &mut gain.scale {
         TorqueScale::PerMilleOfRatedTorque { rated_torque_nm } => {
-            Some(("rated_torque_nm", "N·m", rated_torque_nm))
+            ("rated_torque_nm", "N·m", rated_torque_nm)
         }
         TorqueScale::PerMilleOfRatedCurrent { torque_constant_nm_per_a, .. } => {
-            Some(("torque_constant_nm_per_a", "N·m/A", torque_constant_nm_per_a))
+            ("torque_constant_nm_per_a", "N·m/A", torque_constant_nm_per_a)
         }
-        TorqueScale::NmPerCount(torque) => Some(("nm_per_count", "N·m/count", torque)),
-        TorqueScale::NmPerA(torque) => Some(("nm_per_a", "N·m/A", torque)),
-        TorqueScale::Nm => None,
+        TorqueScale::NmPerCount(torque) => ("nm_per_count", "N·m/count", torque),
+        TorqueScale::NmPerA(torque) => ("nm_per_a", "N·m/A", torque),
+        TorqueScale::Nm => ("factor", "× stated", &mut gain.factor),
     }
 }
 
@@ -169,8 +170,9 @@ fn line_of(drive: &DriveSpec, found: UncertainValue, unit: &str, basis: &str) ->
     let (value, deviation) = (found.value.abs(), found.standard_deviation);
     let text = to_uncertainty(value, deviation, MAX_DIGITS);
     let number: f64 = text.parse().ok()?;
-    let mut scale = drive.torque.scale;
-    *proportional_value(&mut scale)?.2 = number;
+    let mut gain = drive.torque.clone();
+    *proportional_value(&mut gain).2 = number;
+    let TorqueGain { scale, factor, .. } = gain;
     let sign = match drive.torque.sign {
         same if found.value > 0.0 => same,
         Sign::Positive => Sign::Negative,
@@ -179,7 +181,7 @@ fn line_of(drive: &DriveSpec, found: UncertainValue, unit: &str, basis: &str) ->
     let comment =
         format!("didim gains: {text} ± {} {unit}, {basis}", significant_digits(deviation, 2));
     let provenance = Provenance::try_from(comment).ok()?;
-    let line = toml::Value::try_from(TorqueGain { scale, sign, provenance }).ok()?;
+    let line = toml::Value::try_from(TorqueGain { scale, sign, factor, provenance }).ok()?;
     Some(format!("torque = {line}"))
 }
 
@@ -207,8 +209,8 @@ mod tests {
             .try_into()
             .unwrap();
         assert_eq!(torque.sign, Sign::Negative);
-        let expected = Some(("torque_constant_nm_per_a", "N·m/A", &mut 0.75));
-        assert_eq!(proportional_value(&mut { torque.scale }), expected);
+        let expected = ("torque_constant_nm_per_a", "N·m/A", &mut 0.75);
+        assert_eq!(proportional_value(&mut torque.clone()), expected);
         assert!(torque.provenance.as_str().contains("± 0.0050 N·m/A, by a load of 2.5 kg"));
         // An unidentifiable gain stays.
         let unidentifiable =

@@ -17,7 +17,7 @@ pub use excitation::{
     AdviceForResult, Assignment, AssignmentError, DesignedMotion, ExpectationError,
     ExpectedParameter, RequestedDesign, TaskParameter, WantedLoad, expectation_line,
 };
-pub use export::{ConsistentError, ConsistentModel, Exported, Format, WriteError};
+pub use export::{ConsistentError, ConsistentModel, Exported, Format, NO_FRICTION, WriteError};
 pub use gains::{FindGainsError, FoundGain, FoundGains, find_drive_gains};
 pub use payload::{LoadError, find_load};
 pub use stored_model::{JudgedUse, OTHER_CONFIGURATION, ResultError, StoredModel};

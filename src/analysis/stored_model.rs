@@ -151,7 +151,9 @@ fn noise_levels(estimate: &Estimate) -> Vec<f64> {
     let mut ratios: Vec<f64> = ratios.filter(|ratio| ratio.is_finite() && *ratio > 0.0).collect();
     ratios.sort_by(f64::total_cmp);
     let colour = ratios.get(ratios.len() / 2).copied().unwrap_or(1.0);
-    estimate.rms_error_per_joint_nm.iter().map(|rms| colour * rms).collect()
+    // A joint without a recorded torque has no noise.
+    let rms = estimate.rms_error_per_joint_nm.iter();
+    rms.map(|rms| if rms.is_nan() { 0.0 } else { colour * rms }).collect()
 }
 
 /// Returns the verdict for each use that has one.
@@ -225,6 +227,12 @@ impl StoredModel {
         let parameters: Vec<(String, f64)> = identified.collect();
         let fixed = estimate.nominal.into_iter().map(|p| (p.name, p.value));
         let fixed: Vec<(String, f64)> = fixed.collect();
+        // A result from the torques of all joints also predicts those of some joints.
+        if !cell.robot.recorded_torque().missing_joints().is_empty()
+            && check_names(&parameters, &fixed, &cell).is_err()
+        {
+            cell = cell.with_base_of_all_joints().map_err(|error| unfit(error.to_string()))?;
+        }
         check_names(&parameters, &fixed, &cell).map_err(unfit)?;
         let uncertainty = estimate.model_uncertainty;
         // The method name goes into other files unchanged.

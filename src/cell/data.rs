@@ -4,7 +4,7 @@ use core::ops::RangeInclusive;
 
 use didim_drivers::layout::TorqueValidity;
 use didim_dynamics::SignalTiming;
-use didim_dynamics::robot::{JointKind, Robot};
+use didim_dynamics::robot::{JointKind, Robot, TorqueTerm};
 use didim_formats::{
     AXIS_PLACEHOLDER, AxisColumns, BagSpec, BagTime, Columns, INDEX_PLACEHOLDER, Side, TimeColumns,
 };
@@ -42,6 +42,10 @@ pub struct DataSection {
     /// If left out: didim's own columns.
     #[serde(default)]
     pub torque: Option<DataColumns>,
+    /// Terms that the recorded torques do not contain, because the driver subtracted them:
+    /// `["gravity"]`, `["friction"]` or both. The model of these torques has no such term.
+    #[serde(default)]
+    pub excludes: Vec<TorqueTerm>,
     /// Commanded positions.
     ///
     /// If left out: none.
@@ -92,6 +96,11 @@ pub struct EffortSection {
     /// If left out: 1.
     #[serde(default)]
     pub sign: Option<OneOrEach<f64>>,
+    /// Correction of the scale: the torque in SI units is `sign × factor × unit × value`. Above 0.
+    ///
+    /// If left out: 1.
+    #[serde(default)]
+    pub factor: Option<OneOrEach<f64>>,
 }
 
 /// The time: one column, or a stamp in two columns.
@@ -153,6 +162,18 @@ pub struct DataColumns {
     /// If left out: 1.
     #[serde(default)]
     pub sign: Option<OneOrEach<f64>>,
+    /// Correction of the scale: the value in SI units is `sign × factor × unit × (value − zero)`.
+    /// Above 0.
+    ///
+    /// If left out: 1.
+    #[serde(default)]
+    pub factor: Option<OneOrEach<f64>>,
+    /// The value of the column at which the position of the robot file is 0, in the unit of the
+    /// column. Not for torques.
+    ///
+    /// If left out: 0.
+    #[serde(default)]
+    pub zero: Option<OneOrEach<f64>>,
 }
 
 /// One for all axes, or one for each.
@@ -300,8 +321,13 @@ impl DataSection {
                 format!("names `{twice}` twice; name each joint once"),
             ));
         }
-        let EffortSection { unit, sign, per_ampere } = effort;
-        let torque_unit = TorqueUnit { unit, sign: sign.as_ref(), per_ampere: per_ampere.as_ref() };
+        let EffortSection { unit, sign, per_ampere, factor } = effort;
+        let torque_unit = TorqueUnit {
+            unit,
+            sign: sign.as_ref(),
+            per_ampere: per_ampere.as_ref(),
+            factor: factor.as_ref(),
+        };
         let torque_scales = torque_unit
             .axis_scales(&TORQUE_UNITS, side, &kinds(robot))
             .map_err(|problem| ("data.bag.effort", problem))?;
@@ -375,16 +401,42 @@ fn axis_columns(
         }
         _ => return Err("give `column` or `columns`, and not both".to_owned()),
     };
-    let DataColumns { unit, sign, per_ampere, .. } = columns;
-    let torque_unit = TorqueUnit { unit, sign: sign.as_ref(), per_ampere: per_ampere.as_ref() };
-    Ok(AxisColumns { names, scales: torque_unit.axis_scales(units, side, kinds)? })
+    let DataColumns { unit, sign, per_ampere, factor, zero, .. } = columns;
+    if zero.is_some() && units.allows_current {
+        return Err("has `zero`, which belongs to positions; identify the offset of a torque as \
+            `offset` of the friction"
+            .to_owned());
+    }
+    let zeros = zero.as_ref().map_or(Ok(Vec::new()), |zero| numbers(zero, "zero", axes));
+    let torque_unit = TorqueUnit {
+        unit,
+        sign: sign.as_ref(),
+        per_ampere: per_ampere.as_ref(),
+        factor: factor.as_ref(),
+    };
+    Ok(AxisColumns { names, scales: torque_unit.axis_scales(units, side, kinds)?, zeros: zeros? })
 }
 
-/// Configured unit and sign of a quantity, and the torque per ampere of a current.
+/// Returns the finite numbers of a key, one for each axis.
+fn numbers(configured: &OneOrEach<f64>, key: &str, axes: usize) -> Result<Vec<f64>, String> {
+    let numbers = configured.of_each(axes).ok_or_else(|| wrong_count(key, axes))?;
+    match numbers.iter().find(|number| !number.is_finite()) {
+        Some(number) => Err(format!("has a `{key}` of {number}; use a finite number")),
+        None => Ok(numbers),
+    }
+}
+
+/// Returns the problem of a key with another number of entries than axes.
+fn wrong_count(key: &str, axes: usize) -> String {
+    format!("`{key}` has another number of entries than the arm has axes, {axes}")
+}
+
+/// Configured unit, sign and factor of a quantity, and the torque per ampere of a current.
 struct TorqueUnit<'a> {
     unit: &'a OneOrEach<String>,
     sign: Option<&'a OneOrEach<f64>>,
     per_ampere: Option<&'a OneOrEach<f64>>,
+    factor: Option<&'a OneOrEach<f64>>,
 }
 
 impl TorqueUnit<'_> {
@@ -396,9 +448,7 @@ impl TorqueUnit<'_> {
         kinds: &[JointKind],
     ) -> Result<Vec<f64>, String> {
         let axes = kinds.len();
-        let each = |what: &str| {
-            format!("`{what}` has another number of entries than the arm has axes, {axes}")
-        };
+        let each = |what: &str| wrong_count(what, axes);
         let unit = self.unit.of_each(axes).ok_or_else(|| each("unit"))?;
         let signs = self.sign.map_or(Some(vec![1.0; axes]), |signs| signs.of_each(axes));
         let signs = signs.ok_or_else(|| each("sign"))?;
@@ -440,6 +490,11 @@ impl TorqueUnit<'_> {
                 )
             })
         };
-        (0..axes).map(|axis| Ok(scale(axis)? * signs[axis])).collect()
+        let factors =
+            self.factor.map_or(Ok(vec![1.0; axes]), |factor| numbers(factor, "factor", axes))?;
+        if let Some(factor) = factors.iter().find(|factor| **factor <= 0.0) {
+            return Err(format!("has a factor of {factor}; use one above 0, and `sign` for signs"));
+        }
+        (0..axes).map(|axis| Ok(scale(axis)? * signs[axis] * factors[axis])).collect()
     }
 }

@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use didim_drivers::layout::LayoutSpec;
 use didim_drivers::units::DriveSpec;
 use didim_dynamics::control::SimulatedController;
-use didim_dynamics::robot::SignModel;
+use didim_dynamics::robot::{SignModel, TorqueTerm};
 use didim_identification::identification::{
     DecimationFilter, KeptParameters, Method, PositionFilter, SimulationOptions, Tolerances, Use,
     VerdictLimits,
@@ -20,6 +20,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 
 use super::BusAddress;
 use super::data::{DataSection, OneOrEach};
+use super::torque_joints::JointReference;
 use crate::archive::drift::DriftOptions;
 use crate::live::acquire::RealTimeOptions;
 use crate::live::recording::RecordingOptions;
@@ -65,6 +66,17 @@ pub struct CellFile {
     /// If left out: as its defaults say.
     #[serde(default)]
     pub service: ServiceSection,
+}
+
+impl CellFile {
+    /// Returns the terms that the recorded torques do not contain.
+    pub(super) fn excluded_terms(&self) -> &[TorqueTerm] {
+        match (&self.bus, &self.data) {
+            (Some(bus), _) => &bus.layout.excludes,
+            (None, Some(data)) => &data.excludes,
+            (None, None) => &[],
+        }
+    }
 }
 
 /// A table whose keys are defined by the format of another file.
@@ -257,6 +269,13 @@ pub struct IdentificationSection {
     /// If left out: every base parameter.
     #[serde(default)]
     pub parameters: Option<Vec<String>>,
+    /// Joints whose torque is used: numbers from 1, or names. The torques of other joints are not
+    /// fitted, judged or predicted; their motion still counts. For arms with torque sensors at some
+    /// joints, or dead ones. With `"idim-ls"`.
+    ///
+    /// If left out: every joint.
+    #[serde(default)]
+    pub joints: Option<Vec<JointReference>>,
     /// Parameters that are not identified and keep the values of `[nominal]` in the robot file.
     ///
     /// If left out: none.

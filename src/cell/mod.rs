@@ -17,13 +17,14 @@ mod restart;
 mod robot;
 mod screening;
 mod suggestion;
+mod torque_joints;
 mod values;
 
 use std::path::{Path, PathBuf};
 
 use didim_dynamics::SignalTiming;
 use didim_dynamics::dynamics::{BaseParameters, BaseParametersError, Model};
-use didim_dynamics::robot::{JointFriction, Robot};
+use didim_dynamics::robot::{JointFriction, JointIndex, Robot};
 use didim_formats::{BagSpec, Columns, UrdfArm};
 use didim_identification::identification::{KeptParameters, Method, Options};
 
@@ -40,6 +41,7 @@ pub use mistyped::WrongKey;
 pub use open::{MISSING_VALUE, OpenKey};
 pub use robot::{RobotSource, joint_names};
 pub use screening::{CommandCheck, LimitCheck, RateCheck, RestCheck, ScreeningOptions};
+pub use torque_joints::{JointReference, TorqueJointsError};
 
 use crate::archive::store::ConfigurationTexts;
 use crate::live::recording::JointCurves;
@@ -151,6 +153,29 @@ impl Cell {
         self.model = Model::new(&self.robot);
         self.base = BaseParameters::compute(&self.model)?;
         self.options = self.options.with_friction(&self.robot);
+        Ok(self)
+    }
+
+    /// Returns the cell with the torques of these joints alone.
+    ///
+    /// # Errors
+    /// [`TorqueJointsError`].
+    pub fn with_torque_joints(self, joints: &[JointReference]) -> Result<Self, TorqueJointsError> {
+        let joints = JointReference::find_all(joints, &self.robot)?;
+        let robot = self.robot.clone().with_torque_joints(&joints);
+        let base = BaseParameters::compute(&Model::new(&robot));
+        Ok(Self { model: Model::new(&robot), base: base?, robot, ..self })
+    }
+
+    /// Returns the cell with the base parameters that the torques of all joints identify. The
+    /// torques in use stay the same.
+    ///
+    /// # Errors
+    /// [`BaseParametersError`], if no base parameters can be distinguished.
+    pub(crate) fn with_base_of_all_joints(mut self) -> Result<Self, BaseParametersError> {
+        let all: Vec<JointIndex> = (0..self.robot.joints()).map(JointIndex::new).collect();
+        self.base =
+            BaseParameters::compute(&Model::new(&self.robot.clone().with_torque_joints(&all)))?;
         Ok(self)
     }
 

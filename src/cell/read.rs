@@ -12,8 +12,8 @@ use didim_identification::identification::{IdentificationError, Options, Positio
 
 use super::file::Cutoff;
 use super::{
-    Cell, CellBus, CellError, CellFile, Faults, Library, RobotSource, ScreeningOptions, mistyped,
-    open, values,
+    Cell, CellBus, CellError, CellFile, Faults, JointReference, Library, RobotSource,
+    ScreeningOptions, mistyped, open, values,
 };
 use crate::archive::store::ConfigurationTexts;
 use crate::live::worker::WindowOptions;
@@ -157,6 +157,13 @@ fn read_arm(
             found.add_fault("identification.sign", problem.to_owned());
         }
         robot = robot.with_sign_model(sign);
+    }
+    robot = robot.without_torque_terms(cell.excluded_terms());
+    if let Some(joints) = &cell.identification.joints {
+        let joints = JointReference::find_all(joints, &robot);
+        if let Some(joints) = found.keep_value("identification.joints", joints) {
+            robot = robot.with_torque_joints(&joints);
+        }
     }
     let model = Model::new(&robot);
     let base = BaseParameters::compute(&model)

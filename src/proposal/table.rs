@@ -87,8 +87,11 @@ impl TableProposal<'_> {
         torque: &ColumnGroup,
     ) -> Result<[Vec<Vec<f64>>; 3], TableError> {
         let axes = self.robot.joints();
-        let columns_of =
-            |group: &ColumnGroup| AxisColumns { names: group.names(), scales: vec![1.0; axes] };
+        let columns_of = |group: &ColumnGroup| AxisColumns {
+            names: group.names(),
+            scales: vec![1.0; axes],
+            zeros: Vec::new(),
+        };
         let columns = Columns {
             side: Side::Joint,
             axes,

@@ -94,8 +94,13 @@ pub fn summary(estimate: &Estimate, robot: &Robot) -> String {
         .zip(delays)
         .enumerate()
         .map(|(joint, (((relative, rms), durbin_watson), delay))| {
+            let label = format!("joint {}", robot.joint_label(JointIndex::new(joint)));
+            // A joint without a recorded torque has no figures.
+            if relative.is_nan() && rms.is_nan() {
+                return core::iter::once(label).chain(vec!["–".to_owned(); 4]).collect();
+            }
             vec![
-                format!("joint {}", robot.joint_label(JointIndex::new(joint))),
+                label,
                 format!("{:.2} %", 100.0 * relative),
                 significant_digits(*rms, 3),
                 format!("{durbin_watson:.2}"),

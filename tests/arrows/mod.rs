@@ -48,7 +48,7 @@ const ORDER: [(&str, &str); 13] = [
     ("crates/lab/src", "lib report study comparison"),
     (
         "crates/cli/src",
-        "lib command choices input stream outcome state required_uses names terminal \
+        "lib command choices input stream outcome state required_uses torque_joints names terminal \
          output error notes progress",
     ),
     (

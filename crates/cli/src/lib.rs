@@ -18,6 +18,7 @@ mod required_uses;
 mod state;
 mod stream;
 mod terminal;
+mod torque_joints;
 
 use std::process::ExitCode;
 

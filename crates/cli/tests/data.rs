@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 
 use crate::bag_writer::{Bag, State};
 use crate::program::{didim, json, repository, succeed};
+use didim::cell::Cell;
 use flate2::{Compression, write::GzEncoder};
 use serde_json::Value;
 use tempfile::TempDir;
@@ -166,6 +167,17 @@ fn what_is_wrong_with_the_columns_is_said_by_key() {
         ),
         (DATA.replace("[1, -1, 1, 1, 1, 1]", "[1, -1]"), "`sign` has another number of entries"),
         (DATA.replace("[1, -1, 1, 1, 1, 1]", "-2"), "has a sign of -2"),
+        (DATA.replace("unit = \"mNm\"", "unit = \"mNm\", factor = 0"), "has a factor of 0"),
+        (
+            DATA.replace("unit = \"mNm\"", "unit = \"mNm\", factor = [1.0]"),
+            "`factor` has another number of entries",
+        ),
+        (
+            DATA.replace("unit = \"mNm\"", "unit = \"mNm\", zero = 1.0"),
+            "has `zero`, which belongs to positions",
+        ),
+        (DATA.replace("unit = \"deg\"", "unit = \"deg\", zero = nan"), "a `zero` of NaN"),
+        (format!("{DATA}excludes = [\"inertia\"]\n"), "inertia"),
         (
             DATA.replace("columns = [", "column = \"m{index}\", columns = ["),
             "give `column` or `columns`",
@@ -185,6 +197,102 @@ fn what_is_wrong_with_the_columns_is_said_by_key() {
         let said = refused(&section);
         assert!(said.contains(expected), "{said}\nis not: {expected}");
     }
+}
+
+/// Columns with another scale and another zero, which `factor` and `zero` correct.
+#[test]
+fn a_factor_and_a_zero_correct_the_columns() {
+    let right = cell(DATA);
+    let corrected = DATA
+        .replace("unit = \"deg\"", "unit = \"deg\", factor = [0.5, 1, 1, 1, 1, 1], zero = 10.0")
+        .replace("unit = \"mNm\"", "unit = \"mNm\", factor = 4.0");
+    let wrong = cell(&corrected);
+    let names: Vec<String> = (1..=6).map(|axis| format!("A{axis} pos")).collect();
+    let mut inputs = Vec::new();
+    for (folder, changes) in [(&right, false), (&wrong, true)] {
+        for file in ["a.csv", "b.csv"] {
+            let text = of_another_program(file);
+            let columns: Vec<&str> = text.lines().next().unwrap().split(';').collect();
+            let mut table = format!("{}\n", columns.join(";"));
+            for row in text.lines().skip(1) {
+                let fields = row.split(';').zip(&columns).map(|(field, name)| {
+                    let Ok(value) = field.replace(',', ".").parse::<f64>() else {
+                        return field.to_owned();
+                    };
+                    let axis = names.iter().position(|own| own == name);
+                    let value = match axis {
+                        _ if !changes || *name == "stamp" => value,
+                        Some(axis) => value / if axis == 0 { 0.5 } else { 1.0 } + 10.0,
+                        None => value / 4.0,
+                    };
+                    value.to_string().replace('.', ",")
+                });
+                table += &(fields.collect::<Vec<_>>().join(";") + "\n");
+            }
+            let path = folder.path().join(file);
+            fs::write(&path, table).unwrap();
+            inputs.push(path);
+        }
+    }
+    let expected = identify(&right.path().join("cell.toml"), [&inputs[0], &inputs[1]]);
+    let found = identify(&wrong.path().join("cell.toml"), [&inputs[2], &inputs[3]]);
+    let parameters = |of: &Value| of["parameters"].as_array().unwrap().clone();
+    for (one, other) in parameters(&found).iter().zip(parameters(&expected)) {
+        let [one, value, deviation] =
+            [&one["value"], &other["value"], &other["standard_deviation"]]
+                .map(|of| of.as_f64().unwrap());
+        assert!((one - value).abs() < 1e-4 * deviation, "{other}: {one}");
+    }
+}
+
+/// The driver subtracts gravity: the file says so once, and what needs gravity is refused.
+#[test]
+fn torques_without_gravity_are_declared_in_the_cell() {
+    let folder = cell(&format!("{DATA}excludes = [\"gravity\"]\n"));
+    let path = folder.path().join("cell.toml");
+    let read = Cell::read(&path).unwrap();
+    assert_eq!(read.robot.gravity_m_s2(), [0.0; 3]);
+    assert_ne!(read.robot_as_described.gravity_m_s2(), [0.0; 3]);
+    let complete = Cell::read(&cell(DATA).path().join("cell.toml")).unwrap();
+    let is_moment = |name: &&String| name.starts_with("mx") || name.starts_with("my");
+    let moments = |of: &Cell| of.base.names().iter().filter(is_moment).count();
+    // Accelerations show every first moment of this arm.
+    assert_eq!(moments(&read), moments(&complete));
+    let table = folder.path().join("a.csv");
+    fs::write(&table, of_another_program("a.csv")).unwrap();
+    let found = identify(&path, [&table, &table]);
+    let result = folder.path().join("result.json");
+    fs::write(&result, found.to_string()).unwrap();
+    let codes = found["verdict"]["findings"].as_array().unwrap().iter();
+    assert!(codes.clone().any(|of| of["code"] == "incomplete-torque"), "{found}");
+    for format in ["urdf", "c", "matlab"] {
+        let out = didim(&[
+            &"export",
+            &"--cell",
+            &path,
+            &"--result",
+            &result,
+            &"--to",
+            &format,
+            &"--total-mass-kg",
+            &"1000",
+        ]);
+        assert_eq!(out.code, Some(1), "{}", out.stderr);
+        assert!(out.stderr.contains("torques without gravity"), "{}", out.stderr);
+    }
+    let predicted = json(&succeed(&[
+        &"predict",
+        &"--json",
+        &"--cell",
+        &path,
+        &"--result",
+        &result,
+        &"--input",
+        &table,
+    ]));
+    let notes = predicted["notes"].as_array().unwrap();
+    let without = "measured and predicted torques are without gravity";
+    assert!(notes.contains(&Value::from(without)), "{notes:?}");
 }
 
 #[test]

@@ -9,7 +9,7 @@ use std::ffi::{OsStr, OsString};
 use std::path::Path;
 
 use crate::program::{changed, didim, identify_arm, identify_arm_with, json, repository, succeed};
-use didim::cell::Cell;
+use didim::cell::{Cell, JointReference};
 use didim_formats::{Side, read_csv};
 use didim_identification::identification::{
     Experiment, Selection, filtered_motion, observation_matrix,
@@ -130,6 +130,94 @@ fn a_tiago_with_its_dead_torques_shows_which_they_are() {
     // Torso, arm_1 to arm_4, and arm_5 to arm_7, the dead ones.
     assert!(errors[1..5].iter().all(|error| *error < 0.2), "{errors:?}");
     assert!(errors[5..].iter().all(|error| *error > 0.5), "{errors:?}");
+}
+
+/// The same without the torques that are not measured: the torso's unit and the dead sensors of the
+/// wrist cost the others nothing.
+#[test]
+fn a_tiago_without_its_dead_torques_as_the_rows_of_the_others() {
+    let folder = repository("tests/data/tiago");
+    let (cell_file, input) = (folder.join("cell.toml"), folder.join("motion.csv"));
+    let run = |joints: &str, more: &[&dyn AsRef<OsStr>]| {
+        let fixed: [&dyn AsRef<OsStr>; 11] = [
+            &"identify",
+            &"--cell",
+            &cell_file,
+            &"--input",
+            &input,
+            &"--from",
+            &"9.2",
+            &"--to",
+            &"67.89",
+            &"--joints",
+            &joints,
+        ];
+        didim(&[&fixed[..], more].concat())
+    };
+    let estimate = json(&run("2,3,4,5", &[&"--json"]).stdout);
+    let joints: Vec<JointReference> = (2..=5).map(JointReference::Number).collect();
+    let cell = Cell::read(&cell_file).unwrap().with_torque_joints(&joints).unwrap();
+    let (matrix, torque) = equation(&cell, &input, 920..6790, 1..5);
+    let rows = torque.len() / 4;
+    let (parameters, [unweighted, weighted]) = solve_weighted(&matrix, &torque, |row| row / rows);
+    close(figure(&estimate, "unweighted_condition_number"), unweighted, SAME_RECIPE, "unweighted");
+    close(figure(&estimate, "condition_number"), weighted, SAME_RECIPE, "weighted");
+    let error = relative_error(&matrix, &torque, &parameters);
+    close(figure(&estimate, "relative_error"), error, SAME_RECIPE, "error");
+    let found = estimate["parameters"].as_array().unwrap();
+    assert_eq!(found.len(), parameters.len());
+    for (found, expected) in found.iter().zip(&parameters) {
+        let deviation = figure(found, "standard_deviation");
+        assert!((figure(found, "value") - expected).abs() < 1e-6 * deviation, "{found}");
+    }
+    assert_eq!(estimate["rows"].as_u64(), Some(587 * 4));
+    for joint in [0, 5, 6, 7] {
+        assert!(estimate["relative_error_per_joint"][joint].is_null());
+        assert!(estimate["rms_error_per_joint_nm"][joint].is_null());
+    }
+    // The others are predicted as the joints of a result of all torques are.
+    let result = tempfile::NamedTempFile::new().unwrap();
+    std::fs::write(result.path(), estimate.to_string()).unwrap();
+    let predicted = json(&succeed(&[
+        &"predict",
+        &"--json",
+        &"--cell",
+        &cell_file,
+        &"--result",
+        &result.path(),
+        &"--input",
+        &input,
+        &"--from",
+        &"9.2",
+        &"--to",
+        &"67.89",
+        &"--joints",
+        &"2,3,4,5",
+    ]));
+    close(figure(&predicted, "relative_error"), error, SAME_RECIPE, "predicted");
+    assert!(predicted["rms_error_per_joint_nm"][7].is_null());
+    // What needs every joint says so.
+    let refused = run("2,3,4,5", &[&"--method", &"didim"]);
+    assert_eq!(refused.code, Some(1), "{refused:?}");
+    assert!(refused.stderr.contains("no torque is recorded of joint 1, 6, 7, 8"), "{refused:?}");
+    let refused = run("2,9", &[]);
+    assert_eq!(refused.code, Some(2), "{refused:?}");
+    assert!(refused.stderr.contains("--joints: `9` is no joint of the arm"), "{refused:?}");
+}
+
+/// A result of all torques predicts each joint as well without the others.
+#[test]
+fn some_joints_of_a_kr300_are_predicted_as_all_are() {
+    let result = stored("ab", |_| ());
+    let all = json(&predict_by(&result, "c", &[&"--json"]));
+    let some = json(&predict_by(&result, "c", &[&"--json", &"--joints", &"1,2,3"]));
+    for joint in 0..6 {
+        let [all, some] = [&all, &some].map(|of| &of["relative_error_per_joint"][joint]);
+        match joint {
+            0..3 => assert_eq!(all, some),
+            _ => assert!(all.is_number() && some.is_null()),
+        }
+    }
 }
 
 /// The equation of some joints along one recording: observation matrix and torques, the rows of

@@ -38,6 +38,8 @@ pub struct AxisColumns {
     pub names: Vec<String>,
     /// SI value of a 1 in each column, including its sign \[rad, m, N·m or N\]; one per axis.
     pub scales: Vec<f64>,
+    /// Value of each column at which the quantity is 0 \[unit of the column\]; empty if all are 0.
+    pub zeros: Vec<f64>,
 }
 
 /// Place of a row's time in a table.
@@ -94,7 +96,7 @@ pub struct Columns {
 impl Columns {
     /// Creates columns with only a time.
     pub fn of_time(time: TimeColumns) -> Self {
-        let none = || AxisColumns { names: Vec::new(), scales: Vec::new() };
+        let none = || AxisColumns { names: Vec::new(), scales: Vec::new(), zeros: Vec::new() };
         Self {
             side: Side::Joint,
             axes: 0,
@@ -133,6 +135,10 @@ impl Columns {
     pub(crate) fn all_names(&self) -> Vec<String> {
         let names = Quantity::ALL.into_iter().flat_map(|quantity| self.names(quantity));
         names.chain(self.time.iter().flat_map(TimeColumns::names).cloned()).collect()
+    }
+
+    pub(crate) fn zero(&self, quantity: Quantity, axis: usize) -> f64 {
+        self.axis_columns(quantity).and_then(|of| of.zeros.get(axis)).copied().unwrap_or(0.0)
     }
 
     pub(crate) fn scale(&self, quantity: Quantity, axis: usize) -> f64 {

@@ -19,6 +19,7 @@ fn columns(second: f64) -> Columns {
     let columns_of = |name: &str, scale: f64| AxisColumns {
         names: vec![name.to_owned()],
         scales: vec![scale, -2.0 * scale],
+        zeros: Vec::new(),
     };
     Columns {
         side: Side::Joint,

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use didim_dynamics::SignalTiming;
+use didim_dynamics::robot::TorqueTerm;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -70,6 +71,10 @@ pub struct LayoutSpec {
     pub position: PositionSpec,
     /// The torque of the motor, demanded or measured.
     pub torque: TorqueSpec,
+    /// Terms that the recorded torques do not contain, because controller or drive subtracted
+    /// them: `["gravity"]`, `["friction"]` or both. The model of these torques has no such term.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub excludes: Vec<TorqueTerm>,
     /// The position command of the drive. Required by the methods that simulate the closed loop.
     ///
     /// If left out: none, not on the bus.

@@ -177,7 +177,9 @@ fn axis_scale(
     let (torque, position) = (&drive.torque, &drive.position);
     let (rad_per_unit, units) = rad_per_unit(axis, position.scale)?;
     let mut scale = AxisScale {
-        rad_per_unit: position.sign.factor() * rad_per_unit,
+        rad_per_unit: position.sign.factor()
+            * check_positive(axis, "position.factor", position.factor)?
+            * rad_per_unit,
         zero: check_number(axis, "position.zero", position.zero, f64::is_finite, "finite")?,
         is_modulo: position.wraps == WrapTreatment::Modulo,
         ..AxisScale::default()
@@ -204,7 +206,8 @@ fn axis_scale(
         }
     }
     let (nm_per_unit, units) = nm_per_unit(axis, torque.scale)?;
-    scale.nm_per_unit = torque.sign.factor() * nm_per_unit;
+    let factor = check_positive(axis, "torque.factor", torque.factor)?;
+    scale.nm_per_unit = torque.sign.factor() * factor * nm_per_unit;
     if let Some(signal) = layout.signal(Quantity::Torque, axis) {
         check_unit(axis, signal, units)?;
     }

@@ -15,7 +15,7 @@ pub struct DriveSpec {
     pub torque: TorqueGain,
 }
 
-/// `motor angle = sign × scale × (value − zero)`.
+/// `motor angle = sign × factor × scale × (value − zero)`.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PositionGain {
@@ -23,6 +23,11 @@ pub struct PositionGain {
     pub scale: PositionScale,
     /// 1, or −1 where the drive counts against the direction of the robot file.
     pub sign: Sign,
+    /// Correction of the scale; above 0.
+    ///
+    /// If left out: 1.
+    #[serde(default = "no_correction", skip_serializing_if = "is_no_correction")]
+    pub factor: f64,
     /// The value, in the unit of the DBC file or of the object, at which the motor angle of the
     /// robot file is 0 \[unit of the signal\].
     pub zero: f64,
@@ -64,7 +69,7 @@ pub enum WrapTreatment {
     Modulo,
 }
 
-/// `motor torque = sign × scale × value`.
+/// `motor torque = sign × factor × scale × value`.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TorqueGain {
@@ -72,9 +77,24 @@ pub struct TorqueGain {
     pub scale: TorqueScale,
     /// 1, or −1 if the drive's torque is against the direction of the robot file.
     pub sign: Sign,
+    /// Correction of the scale; above 0.
+    ///
+    /// If left out: 1.
+    #[serde(default = "no_correction", skip_serializing_if = "is_no_correction")]
+    pub factor: f64,
     /// Source of the numbers: a data sheet with its page, an object read from the drive, a
     /// measurement. Never empty.
     pub provenance: Provenance,
+}
+
+/// Returns the factor of a scale that needs no correction.
+fn no_correction() -> f64 {
+    1.0
+}
+
+/// Returns true if a scale needs no correction.
+fn is_no_correction(factor: &f64) -> bool {
+    factor.total_cmp(&1.0).is_eq()
 }
 
 /// Size of one unit of a torque.

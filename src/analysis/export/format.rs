@@ -1,6 +1,6 @@
 //! A consistent model in the formats of other tools.
 
-use didim_dynamics::robot::ParameterKind;
+use didim_dynamics::robot::{ParameterKind, TorqueTerm};
 use didim_formats::{
     CodeError, CodeModel, ExportError, ExportKind, ExportModel, LeftOut, UrdfError, UrdfValues,
     WRITTEN_BY, to_c, to_matlab, to_mjcf, to_robot_file, to_rust, to_urdf,
@@ -127,6 +127,11 @@ impl ConsistentModel<'_> {
         }
     }
 
+    /// Returns true if the model has no friction, because the recorded torques do not contain it.
+    pub fn has_no_friction(&self) -> bool {
+        self.cell.robot.recorded_torque().excluded_terms().contains(&TorqueTerm::Friction)
+    }
+
     /// Describes the origin of the model and the source of each mass.
     fn origin_lines(&self) -> Vec<String> {
         let Outcome { cost, least_cost, threshold, prior, parameters, judgement, .. } =
@@ -145,6 +150,9 @@ impl ConsistentModel<'_> {
                     enough data come from {prior}."
             ),
         ];
+        if self.has_no_friction() {
+            lines.push(format!("Warning: {NO_FRICTION}."));
+        }
         let refusals = self.model.refusals(&self.cell.options.required_uses);
         lines.extend(refusals.iter().map(|refusal| format!("Warning: {refusal}")));
         let masses = parameters.iter().zip(self.cell.robot.parameters().parameters());
@@ -160,6 +168,10 @@ impl ConsistentModel<'_> {
         lines
     }
 }
+
+/// Note on a model from torques without friction.
+pub const NO_FRICTION: &str =
+    "the model has no friction, because the recorded torques do not contain it";
 
 /// Returns a readable name for the source of a parameter's value.
 fn source_of_value(class: ValueSource) -> &'static str {

@@ -4,5 +4,5 @@ mod format;
 mod model;
 mod record;
 
-pub use format::{Exported, Format, WriteError};
+pub use format::{Exported, Format, NO_FRICTION, WriteError};
 pub use model::{ConsistentError, ConsistentModel};

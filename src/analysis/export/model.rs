@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use didim_dynamics::robot::TorqueTerm;
 use didim_formats::Measurement;
 use didim_identification::feasibility::{
     Estimate, FeasibilityError, FeasibilityLimits, FixedParameter, Outcome, PhysicallyImpossible,
@@ -26,6 +27,16 @@ pub enum ConsistentError {
     /// No physically consistent parameters can be computed, for example because there is no prior.
     #[error(transparent)]
     Feasibility(#[from] FeasibilityError),
+    /// The recorded torques lack joints or gravity, so the model lacks them too. Identify from
+    /// complete torques.
+    #[error(
+        "the result is from torques without {what}, and a model for other programs needs it; \
+         identify from torques that contain it (`excludes` and `joints` of the cell)"
+    )]
+    IncompleteTorque {
+        /// What the torques lack.
+        what: String,
+    },
     /// No physically consistent parameters explain the result. Check the signs of torques and
     /// positions.
     #[error("{0}")]
@@ -54,6 +65,13 @@ impl<'a> ConsistentModel<'a> {
         model: &'a StoredModel,
         total_mass_kg: Option<f64>,
     ) -> Result<Self, ConsistentError> {
+        let recorded = cell.robot.recorded_torque();
+        let joints = recorded.missing_joints().iter().map(|joint| format!("joint {joint}"));
+        let gravity = recorded.excluded_terms().iter().filter(|of| **of == TorqueTerm::Gravity);
+        let lacking: Vec<String> = joints.chain(gravity.map(ToString::to_string)).collect();
+        if !lacking.is_empty() {
+            return Err(ConsistentError::IncompleteTorque { what: lacking.join(", ") });
+        }
         let stored = model.covariance.as_ref();
         let covariance = stored.and_then(|stored| stored.matrix(model.parameters.len()));
         let covariance = covariance.ok_or(ConsistentError::NoCovariance)?;

@@ -271,6 +271,11 @@ impl JointSamples {
         limited: LimitedQuantity,
         robot: &Robot,
     ) -> Option<LimitExcess> {
+        if limited == LimitedQuantity::Torque
+            && !robot.recorded_torque().has_joint(JointIndex::new(joint))
+        {
+            return None;
+        }
         let joint_of_chain = robot.chain()[joint];
         let limits = joint_of_chain.limits;
         let position = &self.position[joint];

@@ -18,6 +18,7 @@ use crate::progress::style_bar;
 use crate::required_uses::RequiredUses;
 use crate::stream::InputFileOrStream;
 use crate::terminal::{print_for_terminal, width};
+use crate::torque_joints::TorqueJoints;
 use didim::analysis::JudgedUse;
 use didim::analysis::identify::law_of_commands;
 use didim::cell::Cell;
@@ -83,10 +84,12 @@ pub(crate) struct Arguments {
     samples: Samples,
     #[command(flatten)]
     required: RequiredUses,
+    #[command(flatten)]
+    torque_joints: TorqueJoints,
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
-    let mut cell = Cell::read(&arguments.cell).map_err(CliError::from_configuration)?;
+    let mut cell = arguments.torque_joints.read_cell(&arguments.cell)?;
     let methods = if arguments.methods.is_empty() { &Method::ALL } else { &arguments.methods[..] };
     let mut trials = trials(methods, arguments.strict);
     let base_names = cell.base.names();

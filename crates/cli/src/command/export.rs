@@ -10,7 +10,7 @@ use crate::names::{DEFAULT_CELL, format_parser};
 use crate::notes::print_note;
 use crate::output::{check_outputs, print, write_text};
 use crate::stream::InputFileOrStream;
-use didim::analysis::{ConsistentModel, Format, OTHER_CONFIGURATION, StoredModel};
+use didim::analysis::{ConsistentModel, Format, NO_FRICTION, OTHER_CONFIGURATION, StoredModel};
 use didim::cell::Cell;
 use didim::report::consistent_summary;
 
@@ -73,6 +73,9 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     }
     for refusal in model.refusals(&cell.options.required_uses) {
         print_note(&format!("warning: {refusal}\n"));
+    }
+    if consistent.has_no_friction() {
+        print_note(&format!("note: {NO_FRICTION}\n"));
     }
     for left_out in &exported.left_out {
         print_note(&format!("left out: {left_out}\n"));

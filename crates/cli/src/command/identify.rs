@@ -22,6 +22,7 @@ use crate::progress::WorkIndicator;
 use crate::required_uses::RequiredUses;
 use crate::stream::InputFileOrStream;
 use crate::terminal::print_for_terminal;
+use crate::torque_joints::TorqueJoints;
 use didim::analysis::identify::{
     IdentifyError, identify_measurement, identify_measurements, law_of_commands,
     reduce_measurements, rms_deviation,
@@ -48,6 +49,8 @@ pub(crate) struct Arguments {
     method: Option<Method>,
     #[command(flatten)]
     samples: Samples,
+    #[command(flatten)]
+    torque_joints: TorqueJoints,
     /// Print one JSON object and nothing else
     #[arg(long)]
     json: bool,
@@ -209,7 +212,7 @@ fn take_measurements(parts: &mut Vec<CountedPiece>) -> Vec<(Cow<'_, Measurement>
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
-    let mut cell = Cell::read(&arguments.cell).map_err(CliError::from_configuration)?;
+    let mut cell = arguments.torque_joints.read_cell(&arguments.cell)?;
     let Arguments { cell: cell_file, input, figure, report, .. } = arguments;
     // Outputs are checked first, so that no work is lost.
     let read = input.iter().chain([cell_file, &cell.robot_file]);

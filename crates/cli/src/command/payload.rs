@@ -14,8 +14,8 @@ use crate::output::print;
 use crate::progress::WorkIndicator;
 use crate::stream::InputFileOrStream;
 use crate::terminal::print_for_terminal;
+use crate::torque_joints::TorqueJoints;
 use didim::analysis::{LoadError, OTHER_CONFIGURATION, StoredModel};
-use didim::cell::Cell;
 use didim::report::payload_text;
 use didim_formats::RecordingStart;
 
@@ -37,6 +37,8 @@ pub(crate) struct Arguments {
     input: PathBuf,
     #[command(flatten)]
     samples: Samples,
+    #[command(flatten)]
+    torque_joints: TorqueJoints,
     /// Declared mass of the payload [kg]
     #[arg(long, value_name = "KG", value_parser = parse_positive, allow_negative_numbers = true)]
     declared_mass_kg: Option<f64>,
@@ -64,7 +66,7 @@ struct Output<'a> {
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
-    let cell = Cell::read(&arguments.cell).map_err(CliError::from_configuration)?;
+    let cell = arguments.torque_joints.read_cell(&arguments.cell)?;
     let (model, cell) =
         StoredModel::read_stored_model(&arguments.result, cell).map_err(CliError::from_failure)?;
     let input = InputFileOrStream::open(&arguments.input)?;

@@ -15,6 +15,7 @@ use crate::progress::WorkIndicator;
 use crate::required_uses::RequiredUses;
 use crate::stream::InputFileOrStream;
 use crate::terminal::print_for_terminal;
+use crate::torque_joints::TorqueJoints;
 use didim::analysis::{JudgedUse, OTHER_CONFIGURATION, StoredModel};
 use didim::cell::Cell;
 use didim::report::html::{InputFile, PredictionReport};
@@ -35,6 +36,8 @@ pub(crate) struct Arguments {
     input: PathBuf,
     #[command(flatten)]
     samples: Samples,
+    #[command(flatten)]
+    torque_joints: TorqueJoints,
     /// Print one JSON object and nothing else
     #[arg(long)]
     json: bool,
@@ -61,7 +64,7 @@ struct Output<'a> {
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
-    let cell = Cell::read(&arguments.cell).map_err(CliError::from_configuration)?;
+    let cell = arguments.torque_joints.read_cell(&arguments.cell)?;
     // Outputs are checked first, so that no work is lost.
     let read: [&Path; 4] = [&arguments.cell, &arguments.result, &arguments.input, &cell.robot_file];
     check_outputs(&arguments.report, &read)?;
@@ -125,6 +128,11 @@ fn notes(
                 .to_owned(),
         );
     }
+    let recorded = cell.robot.recorded_torque();
+    let terms: Vec<String> = recorded.excluded_terms().iter().map(ToString::to_string).collect();
+    if !terms.is_empty() {
+        notes.push(format!("measured and predicted torques are without {}", terms.join(", ")));
+    }
     let missing = model.missing_parameters(cell);
     if !missing.is_empty() {
         notes.push(format!("not in the result, and set to 0: {}", missing.join(", ")));
@@ -138,7 +146,11 @@ fn notes(
 /// Returns a table with a row for each joint and a row for all joints together.
 fn text(prediction: &Prediction, cell: &Cell, notes: &[String]) -> String {
     let Prediction { error, quantiles_per_joint, expected_error, .. } = prediction;
-    let percent = |value: f64| format!("{:.2} %", 100.0 * value);
+    let none = || "–".to_owned();
+    let percent = |value: f64| match value.is_nan() {
+        true => none(),
+        false => format!("{:.2} %", 100.0 * value),
+    };
     let mut rows: Vec<Vec<String>> = cell
         .robot
         .chain()
@@ -147,8 +159,11 @@ fn text(prediction: &Prediction, cell: &Cell, notes: &[String]) -> String {
         .map(|(joint, described): (usize, &Joint)| {
             let expected_of_joint =
                 expected_error.as_ref().map(|of| of.relative_error_per_joint[joint]);
-            let torque = |value: f64| {
-                format!("{} {}", significant_digits(value, 3), described.kind.torque_unit())
+            let torque = |value: f64| match value.is_nan() {
+                true => none(),
+                false => {
+                    format!("{} {}", significant_digits(value, 3), described.kind.torque_unit())
+                }
             };
             vec![
                 format!("joint {}", cell.robot.joint_label(JointIndex::new(joint))),
@@ -161,7 +176,6 @@ fn text(prediction: &Prediction, cell: &Cell, notes: &[String]) -> String {
         .collect();
     let predicted_error =
         expected_error.as_ref().map_or("–".to_owned(), |of| percent(of.relative_error));
-    let none = || "–".to_owned();
     rows.push(vec![
         "all".to_owned(),
         percent(error.relative_error),

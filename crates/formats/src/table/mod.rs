@@ -302,7 +302,8 @@ fn read(
             }
             Column::Signal(quantity, axis) => {
                 let scale = columns.map_or(1.0, |columns| columns.scale(quantity, axis));
-                numbers.iter_mut().for_each(|value| *value *= scale);
+                let zero = columns.map_or(0.0, |columns| columns.zero(quantity, axis));
+                numbers.iter_mut().for_each(|value| *value = (*value - zero) * scale);
                 signals[quantity as usize][axis] = numbers;
             }
             Column::Other => {}
@@ -643,7 +644,7 @@ mod tests {
 
     fn of_others(names: &[&str], scale: f64) -> AxisColumns {
         let names = names.iter().map(|name| (*name).to_owned()).collect();
-        AxisColumns { names, scales: vec![scale, -scale] }
+        AxisColumns { names, scales: vec![scale, -scale], zeros: Vec::new() }
     }
 
     #[test]
@@ -651,7 +652,11 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("x.csv");
         let start = |time: Option<TimeColumns>, names: &str, rows: &[&str]| {
-            let single = |name: &str| AxisColumns { names: vec![name.into()], scales: vec![1.0] };
+            let single = |name: &str| AxisColumns {
+                names: vec![name.into()],
+                scales: vec![1.0],
+                zeros: Vec::new(),
+            };
             let (side, axes, reference) = (Side::Joint, 1, None);
             let (position, torque) = (single("q"), single("f"));
             let columns = Columns { side, axes, time, position, torque, reference };

@@ -196,7 +196,7 @@ impl FileSchema {
             // Literal words come first: "`\"auto\"`, or a number".
             kinds.sort_by_key(|kind| !kind.starts_with('`'));
             for kind in kinds.iter_mut().skip(1).filter(|kind| !kind.starts_with('`')) {
-                kind.insert_str(0, "or a ");
+                kind.insert_str(0, number.alternative());
             }
             return kinds.join(", ");
         }
@@ -240,6 +240,14 @@ enum GrammaticalNumber {
 }
 
 impl GrammaticalNumber {
+    /// Returns the words before a further alternative.
+    fn alternative(self) -> &'static str {
+        match self {
+            Self::Singular => "or a ",
+            Self::Plural => "or ",
+        }
+    }
+
     fn with_noun(self, noun: &str) -> String {
         match self {
             Self::Singular => noun.to_owned(),
