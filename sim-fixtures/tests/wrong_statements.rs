@@ -5,8 +5,8 @@ use didim_dynamics::dynamics::{BaseParameters, Model};
 use didim_dynamics::robot::{JointIndex, MotorIndex, Robot};
 use didim_dynamics::{SignalTiming, Signals};
 use didim_identification::identification::{
-    Estimate, Experiment, Finding, FindingCode, Method, Note, NuisanceParameter, Options, Reason,
-    Severity, Start, Subject, identify,
+    Estimate, Experiment, Finding, FindingCode, FlippedSignal, Method, Note, NuisanceParameter,
+    Options, Reason, Severity, Start, Subject, identify,
 };
 use didim_sim::{Scenario, tx40_paper};
 
@@ -114,7 +114,9 @@ fn one_torque_of_the_other_sign_is_reported_by_its_friction() {
     // What follows from it, single coefficients below 0, is left out.
     let reasons = &estimate.verdict.uses.prediction.reasons;
     let joint = JointIndex::new(0);
-    assert_eq!(reasons[..], [Reason::WrongSignsOfJoint { joint, negative: 2 }]);
+    let signal = Some(FlippedSignal::Torque);
+    let expected = Reason::WrongSignsOfJoint { joint, negative: 2, signal, setting: None };
+    assert_eq!(reasons[..], [expected]);
 }
 
 /// What is checked against a torque limit is not where the robot file leaves it open, and that is

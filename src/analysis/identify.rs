@@ -18,7 +18,7 @@ use super::screening::{
     commanded_controller,
 };
 use crate::archive::store::WindowProvenance;
-use crate::cell::{Cell, CellError};
+use crate::cell::{Cell, CellError, SignalSource};
 use crate::window::{DriveReadings, Window};
 use didim_formats::{Measurement, Side};
 
@@ -77,7 +77,16 @@ pub fn identify_window(cell: &Cell, window: &Window) -> Result<Identification, I
         changed
     });
     let cell = with_law.as_ref().unwrap_or(cell);
-    identify_measurement(cell, cell.method, &measurement, window.counted_samples.clone())
+    let counted = window.counted_samples.clone();
+    let mut identification = identify_measurement(cell, cell.method, &measurement, counted)?;
+    add_settings(cell, SignalSource::Bus, &mut identification.estimate);
+    Ok(identification)
+}
+
+/// Adds the keys of the cell file that the findings of an estimate ask to change. `source` is the
+/// source of its signals.
+pub fn add_settings(cell: &Cell, source: SignalSource, estimate: &mut Estimate) {
+    estimate.verdict.add_settings(&|change| cell.setting(source, change));
 }
 
 /// Returns the controller that the commands of the records contain. `None` unless the method

@@ -187,7 +187,7 @@ pub enum OneOrEach<T> {
 }
 
 impl<T: Clone> OneOrEach<T> {
-    fn of_each(&self, axes: usize) -> Option<Vec<T>> {
+    pub(super) fn of_each(&self, axes: usize) -> Option<Vec<T>> {
         match self {
             Self::One(one) => Some(vec![one.clone(); axes]),
             Self::Each(each) => (each.len() == axes).then(|| each.clone()),

@@ -16,6 +16,8 @@ mod read;
 mod restart;
 mod robot;
 mod screening;
+mod setting;
+mod signal_source;
 mod suggestion;
 mod torque_joints;
 mod values;
@@ -41,6 +43,7 @@ pub use mistyped::WrongKey;
 pub use open::{MISSING_VALUE, OpenKey};
 pub use robot::{RobotSource, joint_names};
 pub use screening::{CommandCheck, LimitCheck, RateCheck, RestCheck, ScreeningOptions};
+pub use signal_source::SignalSource;
 pub use torque_joints::{JointReference, TorqueJointsError};
 
 use crate::archive::store::ConfigurationTexts;
@@ -53,6 +56,8 @@ use crate::text::sha256;
 pub struct Cell {
     /// Name of the cell.
     pub name: String,
+    /// Path of the cell file, as it was named.
+    pub file: PathBuf,
     /// Path of the robot file.
     pub robot_file: PathBuf,
     /// The arm, with the sign law of friction that the cell chooses.

@@ -90,9 +90,12 @@ fn read_all(library: Library, path: &Path) -> Result<Cell, Faults> {
     check_options(&file, (&options, &window), (arm.as_ref(), signals.as_ref()), &mut problems);
     let mut errors = problems.faults.into_iter();
     match (errors.next(), arm, signals) {
-        (None, Some(arm), Some(signals)) => {
-            Ok(assemble_cell((file, text), robot_path, (arm, signals), (options, window)))
-        }
+        (None, Some(arm), Some(signals)) => Ok(assemble_cell(
+            (file, text),
+            [path.to_path_buf(), robot_path],
+            (arm, signals),
+            (options, window),
+        )),
         (first, ..) => {
             // If a part is missing, the list has a fault for it.
             let none = || CellError::NoBus { cell: path.display().to_string() };
@@ -272,6 +275,11 @@ fn check_options(
             found.keep_value("identification.keep_nominal", selected);
         }
     }
+    let joints = arm.map_or(&[][..], |arm| arm.robot.recorded_torque().missing_joints()).to_vec();
+    if method.simulates() && !joints.is_empty() {
+        let problem = IdentificationError::MissingTorques { method, joints }.to_string();
+        found.add_fault("identification.joints", problem);
+    }
     let commanded = signals.and_then(|of| of.bus.as_ref()).is_some_and(|(bus, _)| bus.states_law());
     if options.controller.is_none()
         && !commanded
@@ -323,7 +331,7 @@ fn check_parameters(listed: Option<&[String]>, arm: &CellArm, found: &mut FoundF
 /// Creates the cell from valid parts.
 fn assemble_cell(
     (file, text): (CellFile, String),
-    robot_file: PathBuf,
+    [path, robot_file]: [PathBuf; 2],
     (arm, signals): (CellArm, CellSignals),
     (options, window): (Options, WindowOptions),
 ) -> Cell {
@@ -334,6 +342,7 @@ fn assemble_cell(
     let (bus, layout_texts) = bus.map_or((None, Vec::new()), |(bus, texts)| (Some(bus), texts));
     Cell {
         name: file.name,
+        file: path,
         robot_file,
         configuration_sha256: {
             let mut texts = vec![text.as_str(), &robot_text];

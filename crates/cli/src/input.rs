@@ -14,7 +14,7 @@ use super::progress::WorkIndicator;
 use super::stream::InputFileOrStream;
 use didim::analysis::read_log;
 use didim::analysis::screening::{LIMITS_REMEDY, check_limits, open_limits, still_joints};
-use didim::cell::Cell;
+use didim::cell::{Cell, SignalSource};
 use didim::live::recording::is_mcap;
 use didim::report::html::SampleRange;
 use didim::window::DriveReadings;
@@ -217,17 +217,14 @@ pub(super) fn read_input(
     input.with_displayed_path(read_file(input, cell, sample_rate_hz))
 }
 
-fn read_file(
-    input: &InputFileOrStream,
-    cell: &Cell,
-    sample_rate_hz: Option<f64>,
-) -> Result<Record, CliError> {
+/// Returns the format of an input file, as [`read_input`] reads it.
+pub(super) fn signal_source(input: &InputFileOrStream, cell: &Cell) -> SignalSource {
     let path = input.path();
     let is =
         |extension: &str| path.extension().is_some_and(|own| own.eq_ignore_ascii_case(extension));
     let is_bag = path.is_dir() || is("mcap") || is("db3") || (input.is_stream() && is_mcap(path));
-    if let Some(spec) = cell.bag.as_ref().filter(|_| is_bag) {
-        return read_bag(path, spec).map_err(CliError::from_failure);
+    if cell.bag.is_some() && is_bag {
+        return SignalSource::Bag;
     }
     // Without a bus a file can only be a table, unless it has the format of a bus log.
     let has_bus = cell.bus().is_ok();
@@ -237,7 +234,20 @@ fn read_file(
         true => is_mcap(path) || Capture::is_one(path) || TextLog::is_one(path),
         false => has_bus || ["log", "asc", "trc", "mcap", "pcap", "pcapng"].into_iter().any(is),
     };
-    if is_table || !is_log {
+    if is_table || !is_log { SignalSource::Table } else { SignalSource::Bus }
+}
+
+fn read_file(
+    input: &InputFileOrStream,
+    cell: &Cell,
+    sample_rate_hz: Option<f64>,
+) -> Result<Record, CliError> {
+    let (path, source) = (input.path(), signal_source(input, cell));
+    if let Some(spec) = cell.bag.as_ref().filter(|_| source == SignalSource::Bag) {
+        return read_bag(path, spec).map_err(CliError::from_failure);
+    }
+    let has_bus = cell.bus().is_ok();
+    if source == SignalSource::Table {
         // A cell without a bus defines the row interval of its tables.
         let rate_hz = sample_rate_hz.or((!has_bus).then(|| cell.sample_rate_hz()));
         return read_table(path, rate_hz, cell.sample_rate_hz(), cell.columns.as_ref())

@@ -33,6 +33,7 @@ mod recordings;
 mod reload;
 mod result_schema;
 mod results;
+mod settings;
 mod seven_axes;
 mod stored;
 mod urdf;

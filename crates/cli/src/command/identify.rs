@@ -14,7 +14,7 @@ use serde::Serialize;
 use super::advise::advice_for;
 use crate::CliError;
 use crate::choices::DataChoices;
-use crate::input::{CountedPiece, Samples, measurement_pairs};
+use crate::input::{CountedPiece, Samples, measurement_pairs, signal_source};
 use crate::names::{DEFAULT_CELL, method_parser};
 use crate::notes::print_note;
 use crate::output::{check_outputs, print, write_figure, write_report};
@@ -24,7 +24,7 @@ use crate::stream::InputFileOrStream;
 use crate::terminal::print_for_terminal;
 use crate::torque_joints::TorqueJoints;
 use didim::analysis::identify::{
-    IdentifyError, identify_measurement, identify_measurements, law_of_commands,
+    IdentifyError, add_settings, identify_measurement, identify_measurements, law_of_commands,
     reduce_measurements, rms_deviation,
 };
 use didim::analysis::{DesignedMotion, ExpectedParameter};
@@ -253,6 +253,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         identified.map_err(|error| not_identified(error, &arguments.cell, first))?;
     let elapsed = start.elapsed();
     choices.write_to_cell(&mut identification.estimate);
+    add_settings(&cell, signal_source(&inputs[0], &cell), &mut identification.estimate);
     let measurements = measurement_pairs(&parts);
     let together = &identification.estimate;
     let predicted = designed.map_or_else(Vec::new, |of| of.compare(together));

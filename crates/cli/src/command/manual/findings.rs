@@ -26,8 +26,15 @@ pub(super) fn page() -> Page {
                  finding as data in `verdict.findings`: `code`, `severity` (`blocking`, \
                  `explanatory` or `advisory`), `uses` (those that it blocks or explains), \
                  `subject` (`joints`, `motors`, `links` or `parameters`), `figure`, `limit`, \
-                 `unit` (`1` for shares, ratios and counts) and `message`. Codes keep their names; \
-                 messages may change. In the tables `…`, N, M and P replace values.",
+                 `unit` (`1` for shares, ratios and counts), `set` and `message`. Codes keep their \
+                 names; messages may change. In the tables `…`, N, M and P replace values.",
+            ),
+            text(
+                "`set` is the key to change in the cell or robot file, if the data ask for another \
+                 value: `file`, `line` (of the section, if the key is missing), `key` and `value`. \
+                 Entries of lists count from 1, as in `bus.drives[2].position.zero`. It exists for \
+                 gains, zeros and signs of drives on a bus and of columns in `[data]`, where one \
+                 motor turns one joint, and for `gravity_m_s2` of a robot file.",
             ),
             heading("Blocking"),
             table(Severity::Blocking),

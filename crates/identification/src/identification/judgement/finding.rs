@@ -5,6 +5,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::finding_code::{FindingCode, Severity};
+use super::setting::Setting;
 use crate::identification::problem::Use;
 
 /// The object of a finding. Joints, motors and links count from 1.
@@ -41,6 +42,9 @@ pub struct Finding {
     /// Unit of figure and limit: `1` for shares, ratios and counts, `σ` for standard deviations.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
+    /// Key of a configured value, with the value that the data ask for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub set: Option<Setting>,
     /// Message for the user, whose wording may change between versions.
     pub message: String,
 }
@@ -56,6 +60,7 @@ impl Finding {
             figure: None,
             limit: None,
             unit: None,
+            set: None,
             message,
         }
     }

@@ -46,7 +46,7 @@ impl Facts {
         // JSON cannot represent numbers that are not finite.
         let [figure, limit] = [figure, limit].map(|of| of.filter(|value| value.is_finite()));
         let unit = unit.map(str::to_owned);
-        Finding { code, severity, uses, subject, figure, limit, unit, message }
+        Finding { code, severity, uses, subject, figure, limit, unit, set: None, message }
     }
 }
 
@@ -75,7 +75,9 @@ impl Finding {
                 true => (Severity::Explanatory, explained),
                 false => (Severity::Blocking, blocked),
             };
-            reason.facts().finding(reason.code(), severity, named(affected), reason.to_string())
+            let message = reason.to_string();
+            let found = reason.facts().finding(reason.code(), severity, named(affected), message);
+            Self { set: reason.setting().cloned(), ..found }
         };
         let is_listed = |note: &&Note| match note {
             Note::Explanation(reason) => reasons.contains(&reason),
@@ -86,7 +88,13 @@ impl Finding {
             if let Note::Stored(finding) = note {
                 return Finding::clone(finding);
             }
-            note.facts().finding(note.code(), Severity::Advisory, Vec::new(), note.to_string())
+            let (uses, message) = (Vec::new(), note.to_string());
+            let found = note.facts().finding(note.code(), Severity::Advisory, uses, message);
+            let set = match note {
+                Note::Explanation(reason) => reason.setting().cloned(),
+                _ => None,
+            };
+            Self { set, ..found }
         });
         reasons.iter().copied().map(finding).chain(advisory).collect()
     }
@@ -117,7 +125,7 @@ impl Reason {
             Self::ClippedTorque { .. } => Code::ClippedTorque,
             Self::FrozenSignal { .. } => Code::FrozenPosition,
             Self::OtherUnit { .. } => Code::OtherUnit,
-            Self::Contradicted { nuisance } => match nuisance.nuisance {
+            Self::Contradicted { nuisance, .. } => match nuisance.nuisance {
                 NuisanceParameter::TorqueGain(_) | NuisanceParameter::CommonGain => {
                     Code::TorqueGain
                 }
@@ -184,7 +192,7 @@ impl Reason {
             Self::OtherUnit { joint, torque, limit } => {
                 Facts::of_joint(*joint, torque / limit, "1").with_limit(1.0)
             }
-            Self::Contradicted { nuisance } => correction(nuisance),
+            Self::Contradicted { nuisance, .. } => correction(nuisance),
             Self::MissingTorque { joints } => Facts::about(Subject::Joints(joints.clone())),
             Self::Unmoved { joint, span, unit } => Facts::of_joint(*joint, *span, unit),
             Self::Uncertain { parameters, limit } => {

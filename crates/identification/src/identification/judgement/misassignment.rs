@@ -102,7 +102,7 @@ fn gravity(context: &Context<'_>, glance: &ScreeningFit) -> Option<Reason> {
     let is_opposite = cosine(stated, gravity_m_s2) < -0.9;
     let is_better =
         left < PLOT_LEFT.min(LEAVES * as_stated) && (is_opposite || as_stated > PLOT_LEFT);
-    is_better.then_some(Reason::Gravity { gravity_m_s2 })
+    is_better.then_some(Reason::Gravity { gravity_m_s2, setting: None })
 }
 
 /// Returns the identified columns, and the unidentifiable ones that another gravity direction may

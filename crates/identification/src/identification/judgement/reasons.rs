@@ -10,8 +10,10 @@ use super::bias::PositionBias;
 use super::clipped_signal::ClippedSignal;
 use super::finding::Finding;
 use super::finding_code::{FindingCode, Severity};
+use super::flipped_signal::FlippedSignal;
 use super::frozen_signal::FrozenSignal;
 use super::nuisance_parameters::{NuisanceEstimate, NuisanceParameter};
+use super::setting::Setting;
 use crate::feasibility::{FarBody, PhysicallyImpossible};
 use crate::identification::problem::Failure;
 
@@ -53,10 +55,15 @@ pub enum Reason {
     /// The residual is far smaller with the signals of these two motors swapped.
     Swapped { motors: [MotorIndex; 2] },
     /// The residual is far smaller with gravity from another side \[m/s²\].
-    Gravity { gravity_m_s2: [f64; 3] },
+    Gravity { gravity_m_s2: [f64; 3], setting: Option<Setting> },
     /// All identifiable quantities of a joint that cannot be negative are negative.
-    /// They are two at least.
-    WrongSignsOfJoint { joint: JointIndex, negative: usize },
+    /// They are two at least. The signal is the one whose inversion fits better.
+    WrongSignsOfJoint {
+        joint: JointIndex,
+        negative: usize,
+        signal: Option<FlippedSignal>,
+        setting: Option<Setting>,
+    },
     /// The torque of a motor never changes. Or it repeatedly stands at its largest value, and the
     /// model does not explain a joint of that motor.
     ClippedTorque { found: ClippedSignal },
@@ -66,7 +73,7 @@ pub enum Reason {
     /// The torque of a joint is many times its limit \[N·m or N\].
     OtherUnit { joint: JointIndex, torque: f64, limit: f64 },
     /// The data contradict a configured value.
-    Contradicted { nuisance: NuisanceEstimate },
+    Contradicted { nuisance: NuisanceEstimate, setting: Option<Setting> },
     /// The torque is uncertain outside the recorded motion. `freedoms` are the nuisance parameters
     /// with the largest torques in the data.
     Extrapolation { error: f64, limit: f64, freedoms: Vec<NuisanceEstimate> },
@@ -313,7 +320,10 @@ impl Display for Reason {
                  or correct the limit",
                 torque / limit
             ),
-            Self::Contradicted { nuisance } => contradicted(f, nuisance),
+            Self::Contradicted { nuisance, setting } => {
+                contradicted(f, nuisance)?;
+                to_follow(f, setting.as_ref())
+            }
             Self::Extrapolation { error, limit, freedoms } => {
                 write!(
                     f,
@@ -377,18 +387,24 @@ impl Display for Reason {
                 "the residuals are far smaller with the drives of motors {one} and {other} \
                     swapped: check which is which"
             ),
-            Self::Gravity { gravity_m_s2: [x, y, z] } => write!(
-                f,
-                "the residuals are far smaller with gravity along [{x:.2}, {y:.2}, {z:.2}] m/s² \
+            Self::Gravity { gravity_m_s2: [x, y, z], setting } => {
+                write!(
+                    f,
+                    "the residuals are far smaller with gravity along [{x:.2}, {y:.2}, {z:.2}] m/s² \
                     in the base: check gravity_m_s2 of the robot file, and whether the arm is \
                     on the floor, a wall or the ceiling"
-            ),
-            Self::WrongSignsOfJoint { joint, negative } => write!(
-                f,
-                "all {negative} identifiable drive inertias and friction coefficients of joint \
-                    {joint} are negative: its torque or its position has the wrong sign; invert \
-                    one of the two"
-            ),
+                )?;
+                to_follow(f, setting.as_ref())
+            }
+            Self::WrongSignsOfJoint { joint, negative, setting, .. } => {
+                write!(
+                    f,
+                    "all {negative} identifiable drive inertias and friction coefficients of \
+                        joint {joint} are negative: its torque or its position has the wrong \
+                        sign; invert one of the two"
+                )?;
+                to_follow(f, setting.as_ref())
+            }
             Self::FrozenSignal { found } => write!(f, "{}", Jumping(found)),
             Self::ClippedTorque { found } if found.is_constant() => write!(
                 f,
@@ -475,6 +491,11 @@ impl fmt::Display for Standing<'_> {
                 {percent:.0} % of the samples of a recording"
         )
     }
+}
+
+/// Writes the key to change, if it is known.
+fn to_follow(f: &mut fmt::Formatter<'_>, setting: Option<&Setting>) -> fmt::Result {
+    setting.map_or(Ok(()), |setting| write!(f, "; to follow the data, set {setting}"))
 }
 
 /// Writes the deviation of a configured quantity, and the remedy.

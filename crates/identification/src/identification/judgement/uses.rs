@@ -3,10 +3,12 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::change::Change;
 use super::finding::Finding;
 use super::finding_code::Severity;
 use super::quantiles::ResidualQuantiles;
 use super::reasons::{Note, Reason};
+use super::setting::Setting;
 use crate::identification::problem::{Failure, Use};
 use crate::stored_value::{self, Unit};
 
@@ -141,6 +143,23 @@ impl Verdict {
         let unused = explanations.into_iter().filter(|reason| !reasons.contains(reason));
         notes.extend(unused.map(Note::Explanation));
         Self { applicable: reasons.is_empty(), reasons, uses, notes, failure }
+    }
+
+    /// Adds the keys of the configured values that findings ask to change. `find` returns the key
+    /// of a change, if a file has one.
+    pub fn add_settings(&mut self, find: &dyn Fn(&Change) -> Option<Setting>) {
+        let Uses { monitoring, prediction, contact_detection, physical_values, rigid_body } =
+            &mut self.uses;
+        let uses = [monitoring, prediction, contact_detection, physical_values, rigid_body];
+        let of_uses =
+            uses.into_iter().flat_map(|of| of.reasons.iter_mut().chain(&mut of.explanations));
+        let of_notes = self.notes.iter_mut().filter_map(|note| match note {
+            Note::Explanation(reason) => Some(reason),
+            _ => None,
+        });
+        for reason in self.reasons.iter_mut().chain(of_uses).chain(of_notes) {
+            reason.find_setting(find);
+        }
     }
 
     /// Returns every finding as data: the reasons against any use, and the notes.

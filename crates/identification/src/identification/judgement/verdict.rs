@@ -3,6 +3,7 @@
 use nalgebra::DVector;
 
 use super::estimate::{Estimate, ReferenceSource};
+use super::flipped_signal::FlippedSignal;
 use super::nuisance_parameters::NuisanceEstimate;
 use super::quantiles::ResidualQuantiles;
 use super::reasons::{Note, Reason};
@@ -173,7 +174,12 @@ impl VerdictLimits {
                 let own = || positive.iter().filter(|(of, _)| *of == joint);
                 let is_turned = own().count() >= TURNED && own().all(|(_, negative)| *negative);
                 let negative = own().count();
-                is_turned.then_some(Reason::WrongSignsOfJoint { joint, negative })
+                is_turned.then(|| Reason::WrongSignsOfJoint {
+                    joint,
+                    negative,
+                    signal: FlippedSignal::find(known.context, joint),
+                    setting: None,
+                })
             }));
         }
         reasons
@@ -441,7 +447,7 @@ fn contradicted<'a>(
         let least = Tolerances::CONTRADICTION_DEVIATIONS
             * quantity.configured.hypot(quantity.standard_deviation);
         (found.relative_torque >= DUST && quantity.value.abs() > least)
-            .then(|| Reason::Contradicted { nuisance: found.clone() })
+            .then(|| Reason::Contradicted { nuisance: found.clone(), setting: None })
     })
 }
 

@@ -10,7 +10,7 @@ use crate::signal::difference_neighbours;
 use didim_dynamics::MAX_JOINTS;
 use didim_dynamics::SignalTiming;
 use didim_dynamics::Signals;
-use didim_dynamics::robot::Transmission;
+use didim_dynamics::robot::{JointIndex, Transmission};
 
 /// One recording in an experiment.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -165,6 +165,25 @@ impl Experiment {
         }
         exchange_torques(&mut swapped.torque_nm, transmission, motors);
         swapped
+    }
+
+    /// Returns the experiment with the opposite torque of a joint.
+    #[must_use]
+    pub(crate) fn with_opposite_torque(&self, joint: JointIndex) -> Self {
+        let mut opposite = self.clone();
+        opposite.torque_nm.column_mut(joint.position()).neg_mut();
+        opposite
+    }
+
+    /// Returns the experiment with the opposite position of a joint.
+    #[must_use]
+    pub(crate) fn with_opposite_position(&self, joint: JointIndex) -> Self {
+        let mut opposite = self.clone();
+        opposite.position_rad.column_mut(joint.position()).neg_mut();
+        if let Some(reference) = &mut opposite.reference_rad {
+            reference.column_mut(joint.position()).neg_mut();
+        }
+        opposite
     }
 
     /// Returns the experiment with a first-order low-pass of this time constant \[s\] undone, each

@@ -1,0 +1,12 @@
+//! Source of the signals of a result.
+
+/// Source of the signals of a result.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SignalSource {
+    /// Frames of the cell's bus.
+    Bus,
+    /// Tables with the columns of `[data]`, or with didim's own.
+    Table,
+    /// Bags with the joint states of `[data.bag]`.
+    Bag,
+}
