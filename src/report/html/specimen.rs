@@ -38,6 +38,7 @@ pub(crate) fn identification() -> Identification {
         halvings: 0,
     };
     let nuisance = |nuisance, relative_torque, quantity| NuisanceEstimate {
+        probability: 1e-9,
         nuisance,
         torque_nm: 0.1,
         joint: JointIndex::new(1),
