@@ -42,7 +42,7 @@ impl JointReference {
             let all = (0..robot.joints()).map(JointIndex::new);
             TorqueJointsError::Unknown {
                 joint,
-                known: all.map(|joint| robot.joint_label(joint)).collect::<Vec<_>>().join(", "),
+                available: all.map(|joint| robot.joint_label(joint)).collect::<Vec<_>>().join(", "),
             }
         })
     }
@@ -77,12 +77,12 @@ pub enum TorqueJointsError {
     #[error("names no joint; leave it out to use every joint")]
     Empty,
     /// The arm has no such joint.
-    #[error("`{joint}` is no joint of the arm; these are: {known}")]
+    #[error("`{joint}` is no joint of the arm; these are: {available}")]
     Unknown {
         /// The joint as written.
         joint: String,
         /// The joints of the arm.
-        known: String,
+        available: String,
     },
     /// A joint is listed more than once.
     #[error("joint {joint} is listed more than once; list it once")]

@@ -108,8 +108,8 @@ pub(super) fn has_refused_use(estimate: &Estimate) -> bool {
     Use::ALL.iter().any(|usage| estimate.verdict.uses.get(*usage).applicable == Some(false))
 }
 
-/// Returns the finding that decides against a use. Of several with the same code it is the one that
-/// exceeds its limit most.
+/// Returns the finding that decides against a use: the one that exceeds its limit most, if several
+/// have the same code.
 fn cause_of(usage: Use, findings: &[Finding]) -> Option<&Finding> {
     let mut blocking = blocking(usage, findings);
     let first = blocking.next()?;
@@ -190,10 +190,10 @@ fn joint_of_quantile(verdict: &UseVerdict, figure: f64, robot: &Robot) -> String
 fn rigid_body_text(estimate: &Estimate) -> String {
     let consistent = estimate.link_bodies.as_ref();
     match consistent.filter(|of| of.judgement != Judgement::Infeasible) {
-        Some(bodies) => format!(
+        Some(consistent) => format!(
             "physically consistent parameters at {} σ (limit {} σ)",
-            significant_digits(bodies.cost.max(0.0).sqrt(), 2),
-            significant_digits(bodies.cost_limit.sqrt(), 2)
+            significant_digits(consistent.cost.max(0.0).sqrt(), 2),
+            significant_digits(consistent.cost_limit.sqrt(), 2)
         ),
         None => "mass matrix positive definite".to_owned(),
     }

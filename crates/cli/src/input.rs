@@ -117,7 +117,8 @@ impl CountedPiece {
     /// Describes the time range of the samples that count, and the number of samples that are
     /// margin for the filters.
     pub(super) fn counted_text(&self) -> String {
-        let [from, to] = self.times_s();
+        // Microseconds are enough for people.
+        let [from, to] = self.times_s().map(|time_s| (time_s * 1e6).round() / 1e6);
         let margins = self.piece.measurement.samples() - self.counted_range.len();
         format!("counted from {from} s to {to} s; {margins} samples are margin for the filters\n")
     }

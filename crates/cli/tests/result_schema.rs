@@ -7,7 +7,7 @@ use tempfile::TempDir;
 
 use crate::program::{identify_arm, json, repository, results, succeed};
 
-/// Keys of `identify --json` beside those of the estimate.
+/// Keys of `identify --json` in addition to those of the estimate.
 const OF_THE_COMMAND: [&str; 5] = ["recorded", "recordings", "elapsed_ms", "reduction", "foretold"];
 
 fn schema() -> Value {

@@ -68,8 +68,8 @@ fn assert_corrected(cell: &Path, input: &Path, code: &str, begin: &str, right: f
     assert!((value - right).abs() < 0.02 * right.abs().max(1.0), "{key}: {value}, not {right}");
     write(cell, key, &set["value"]);
     let after = identify(cell, input);
-    let left = settings(&after, code, key);
-    assert!(left.is_empty(), "{left:#?}");
+    let remaining = settings(&after, code, key);
+    assert!(remaining.is_empty(), "{remaining:#?}");
     let error = |of: &Value| of["relative_error"].as_f64().unwrap();
     assert!(error(&after) <= error(&before), "{} {}", error(&after), error(&before));
 }

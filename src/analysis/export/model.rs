@@ -30,12 +30,12 @@ pub enum ConsistentError {
     /// The recorded torques lack joints or gravity, so the model lacks them too. Identify from
     /// complete torques.
     #[error(
-        "the result is from torques without {what}, and a model for other programs needs it; \
+        "the result is from torques without {missing}, and a model for other programs needs it; \
          identify from torques that contain it (`excludes` and `joints` of the cell)"
     )]
     IncompleteTorque {
-        /// What the torques lack.
-        what: String,
+        /// Joints and terms that the recorded torques do not contain.
+        missing: String,
     },
     /// No physically consistent parameters explain the result. Check the signs of torques and
     /// positions.
@@ -68,9 +68,9 @@ impl<'a> ConsistentModel<'a> {
         let recorded = cell.robot.recorded_torque();
         let joints = recorded.missing_joints().iter().map(|joint| format!("joint {joint}"));
         let gravity = recorded.excluded_terms().iter().filter(|of| **of == TorqueTerm::Gravity);
-        let lacking: Vec<String> = joints.chain(gravity.map(ToString::to_string)).collect();
-        if !lacking.is_empty() {
-            return Err(ConsistentError::IncompleteTorque { what: lacking.join(", ") });
+        let missing: Vec<String> = joints.chain(gravity.map(ToString::to_string)).collect();
+        if !missing.is_empty() {
+            return Err(ConsistentError::IncompleteTorque { missing: missing.join(", ") });
         }
         let stored = model.covariance.as_ref();
         let covariance = stored.and_then(|stored| stored.matrix(model.parameters.len()));

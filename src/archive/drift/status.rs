@@ -5,8 +5,8 @@ use serde::{Deserialize, Serialize};
 use super::{Change, Trend};
 use crate::archive::store::Timestamp;
 
-/// Place of the comparison with the baseline in a report (HTML comment). The comparison is made when
-/// the result is stored.
+/// Place of the comparison with the baseline in a report (HTML comment). The comparison is made
+/// when the result is stored.
 pub const BASELINE_PLACE: &str = "<!-- comparison with the baseline -->";
 
 /// Differences between the parameters and the baseline.

@@ -67,8 +67,7 @@ pub fn man_pages(mut command: clap::Command) -> io::Result<Vec<Generated>> {
     Ok(pages)
 }
 
-/// Creates the pages of `docs/reference` that have the same content as the man pages of the
-/// reference, and the JSON Schema of a result.
+/// Creates the pages of `docs/reference` and the JSON Schema of a result.
 ///
 /// # Errors
 /// A page names a table that its file does not have. A test excludes this error.

@@ -115,9 +115,11 @@ fn a_use_of_the_compared_results_is_required() {
         didim(&[&compare[..], &["--methods", "idim-ls", "--require", usage]].concat())
     };
     assert_eq!(required("monitoring").code, Some(0));
-    let refused = required("physical-values");
+    assert_eq!(required("physical-values").code, Some(0));
+    // Never a yes.
+    let refused = required("contact-detection");
     assert_eq!(refused.code, Some(3), "{}", refused.stderr);
-    assert!(refused.stderr.contains("not usable for physical-values: IDIM-LS: "));
+    assert!(refused.stderr.contains("for contact-detection: IDIM-LS"), "{}", refused.stderr);
 }
 
 /// A twentieth of a second has fewer rows than parameters.

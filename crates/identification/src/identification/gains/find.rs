@@ -62,6 +62,20 @@ pub struct Gains {
     pub relative_error_per_joint: Vec<f64>,
 }
 
+/// Checks that the mass and the centre of a known load are possible.
+fn check_load(load: Option<KnownLoad>) -> Result<(), GainsError> {
+    match load {
+        Some(KnownLoad { mass_kg, centre_m })
+            if !(mass_kg.is_finite()
+                && mass_kg > 0.0
+                && centre_m.iter().all(|of| of.is_finite())) =>
+        {
+            Err(GainsError::Load { mass_kg, centre_m })
+        }
+        _ => Ok(()),
+    }
+}
+
 /// Checks that the torque of every joint is used.
 fn check_every_torque(robot: &Robot) -> Result<(), GainsError> {
     match robot.recorded_torque().missing_joints() {
@@ -98,11 +112,7 @@ pub fn find_gains(
 ) -> Result<Gains, GainsError> {
     check_every_torque(robot)?;
     let load = load_rows.map(|(_, load)| load);
-    if let Some(KnownLoad { mass_kg, centre_m }) = load
-        && !(mass_kg.is_finite() && mass_kg > 0.0 && centre_m.iter().all(|of| of.is_finite()))
-    {
-        return Err(GainsError::Load { mass_kg, centre_m });
-    }
+    check_load(load)?;
     let both = match load_rows {
         Some((loaded, _)) => &Experiment::join(&[empty.clone(), loaded.clone()])?,
         None => empty,

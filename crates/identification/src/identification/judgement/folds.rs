@@ -18,8 +18,8 @@ const MIN_RECORDINGS: usize = 3;
 const MAX_FOLDS: usize = 32;
 
 /// Two states are the same if every position and speed agrees within the sum of two tolerances:
-/// `SAME_STATE_STEP_SHARE` of its change between instants, and a share of its standard deviation along
-/// the motion (`REPEATABLE_SHARES`, for positions and speeds).
+/// `SAME_STATE_STEP_SHARE` of its change between instants, and a share of its standard deviation
+/// along the motion (`REPEATABLE_SHARES`, for positions and speeds).
 const SAME_STATE_STEP_SHARE: f64 = 0.6;
 const REPEATABLE_SHARES: [f64; 2] = [0.02, 0.05];
 

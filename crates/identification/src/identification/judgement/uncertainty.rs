@@ -70,11 +70,7 @@ impl Uncertainty {
         let FittedModel { context, motion, observations, analysis, parameters, .. } = *fitted;
         let auxiliary = fitted.auxiliary_columns;
         let Supplements { mean_repeats: repeats, fold_deviations: disagreement, other } = further;
-        let observed = Observed::new(context, motion, auxiliary, observations);
-        let mut columns = NuisanceColumns::new(context, parameters, observed);
-        if fitted.has_substitute_controller() {
-            columns = columns.with_configured_gains();
-        }
+        let columns = nuisance_columns(fitted);
         // Rows that the M-estimate removed from the equation contain no information on the nuisance
         // parameters either.
         let along = NuisanceObservation::new(&columns, motion, auxiliary, observations)?
@@ -143,6 +139,17 @@ impl Uncertainty {
             model,
             notes,
         })
+    }
+}
+
+/// Returns the nuisance parameters of a fitted model.
+fn nuisance_columns<'a>(fitted: &FittedModel<'a>) -> NuisanceColumns<'a> {
+    let FittedModel { context, motion, observations, parameters, .. } = *fitted;
+    let observed = Observed::new(context, motion, fitted.auxiliary_columns, observations);
+    let columns = NuisanceColumns::new(context, parameters, observed);
+    match fitted.has_substitute_controller() {
+        true => columns.with_configured_gains(),
+        false => columns,
     }
 }
 

@@ -253,7 +253,8 @@ impl PriorSizes<'_> {
             .collect()
     }
 
-    /// Returns true if a parameter of a motor that is geared to both joints describes this coupling.
+    /// Returns true if a parameter of a motor that is geared to both joints describes this
+    /// coupling.
     fn is_modelled(&self, by: CouplingKind, joints: [usize; 2]) -> bool {
         let kind = match by {
             CouplingKind::Speed => ParameterKind::FvMotor,
@@ -265,6 +266,34 @@ impl PriorSizes<'_> {
             |motor: usize| joints.iter().all(|joint| transmission.direction(motor)[*joint] != 0.0);
         (0..self.context.robot.joints())
             .any(|motor| is_geared(motor) && self.parameter_value(kind, motor).is_some())
+    }
+
+    /// Returns the columns of the couplings of neighbouring joints.
+    fn coupling_columns(&self) -> Vec<Column> {
+        let joints = self.context.robot.joints();
+        let mut columns = Vec::new();
+        for row in 0..joints {
+            for of in [row.checked_sub(1), Some(row + 1).filter(|next| *next < joints)] {
+                let Some(of) = of else { continue };
+                let [joint, neighbour] = [row, of].map(JointIndex::new);
+                let nuisance = NuisanceParameter::Coupling { joint, neighbour };
+                let value = |kind| self.parameter_value(kind, row).unwrap_or_default();
+                let sizes = [
+                    (CouplingKind::Speed, self.viscous_friction(row)),
+                    (CouplingKind::Sign, value(ParameterKind::Fc)),
+                    (CouplingKind::Acceleration, value(ParameterKind::Ia)),
+                ];
+                let sizes = sizes.into_iter().filter(|(by, _)| !self.is_modelled(*by, [row, of]));
+                for (by, size) in sizes {
+                    columns.push(Column {
+                        nuisance,
+                        deviation: COUPLING_SHARE * size,
+                        effect: NuisanceEffect::Neighbour { row, of, by },
+                    });
+                }
+            }
+        }
+        columns
     }
 
     /// Returns all columns.
@@ -292,22 +321,8 @@ impl PriorSizes<'_> {
                 add(NuisanceParameter::JointFriction(JointIndex::new(joint)), size, acts);
             }
         }
-        for row in 0..joints {
-            for of in [row.checked_sub(1), Some(row + 1).filter(|next| *next < joints)] {
-                let Some(of) = of else { continue };
-                let [joint, neighbour] = [row, of].map(JointIndex::new);
-                let nuisance = NuisanceParameter::Coupling { joint, neighbour };
-                let value = |kind| self.parameter_value(kind, row).unwrap_or_default();
-                let sizes = [
-                    (CouplingKind::Speed, self.viscous_friction(row)),
-                    (CouplingKind::Sign, value(ParameterKind::Fc)),
-                    (CouplingKind::Acceleration, value(ParameterKind::Ia)),
-                ];
-                let sizes = sizes.into_iter().filter(|(by, _)| !self.is_modelled(*by, [row, of]));
-                for (by, size) in sizes {
-                    add(nuisance, COUPLING_SHARE * size, NuisanceEffect::Neighbour { row, of, by });
-                }
-            }
+        for Column { nuisance, deviation, effect } in self.coupling_columns() {
+            add(nuisance, deviation, effect);
         }
         add(NuisanceParameter::CommonGain, tolerances.torque_gain, NuisanceEffect::Gain(None));
         for joint in 0..joints {

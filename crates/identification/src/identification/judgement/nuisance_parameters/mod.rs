@@ -153,16 +153,16 @@ pub(super) fn known_nuisance_parameters<'de, D: Deserializer<'de>>(
     #[derive(Deserialize)]
     #[serde(untagged)]
     enum Entry {
-        Known(NuisanceEstimate),
-        Unknown(IgnoredAny),
+        Estimate(NuisanceEstimate),
+        Other(IgnoredAny),
     }
 
     let entries = Vec::<Entry>::deserialize(deserializer)?;
-    let known = entries.into_iter().filter_map(|entry| match entry {
-        Entry::Known(estimate) => Some(estimate),
-        Entry::Unknown(_) => None,
+    let estimates = entries.into_iter().filter_map(|entry| match entry {
+        Entry::Estimate(estimate) => Some(estimate),
+        Entry::Other(_) => None,
     });
-    Ok(known.collect())
+    Ok(estimates.collect())
 }
 
 /// Estimate of one nuisance parameter.
