@@ -251,8 +251,9 @@ fn torques_without_gravity_are_declared_in_the_cell() {
     let folder = cell(&format!("{DATA}excludes = [\"gravity\"]\n"));
     let path = folder.path().join("cell.toml");
     let read = Cell::read(&path).unwrap();
-    assert_eq!(read.robot.gravity_m_s2(), [0.0; 3]);
-    assert_ne!(read.robot_as_described.gravity_m_s2(), [0.0; 3]);
+    let is_zero = |gravity: [f64; 3]| gravity.iter().all(|component| *component == 0.0);
+    assert!(is_zero(read.robot.gravity_m_s2()));
+    assert!(!is_zero(read.robot_as_described.gravity_m_s2()));
     let complete = Cell::read(&cell(DATA).path().join("cell.toml")).unwrap();
     let is_moment = |name: &&String| name.starts_with("mx") || name.starts_with("my");
     let moments = |of: &Cell| of.base.names().iter().filter(is_moment).count();

@@ -200,9 +200,9 @@ fn a_sample_rate_that_the_stamps_contradict_is_refused() {
     }
 }
 
-/// The controller is what makes the recorded command of the recorded reference and position. A wrong
-/// gain shows with its size, and above the tolerance of the torque gain it is named before what
-/// follows from it.
+/// The controller is what makes the recorded command of the recorded reference and position. A
+/// wrong gain shows with its size, and above the tolerance of the torque gain it is named before
+/// what follows from it.
 #[test]
 fn a_controller_that_is_not_the_recorded_one_is_reported_by_the_verdict() {
     let largest = |output: &Value| {

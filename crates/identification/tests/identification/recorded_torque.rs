@@ -204,7 +204,10 @@ fn torques_without_a_term_give_the_parameters_that_they_show() {
         let notes: Vec<String> = estimate.verdict.notes.iter().map(ToString::to_string).collect();
         let said = notes.iter().find(|note| note.contains("do not contain")).unwrap();
         assert!(terms.iter().all(|term| said.contains(&term.to_string())), "{said}");
-        assert_eq!(robot.with_complete_torque().gravity_m_s2(), arm.robot.gravity_m_s2());
+        let complete = robot.with_complete_torque().gravity_m_s2();
+        assert!(
+            complete.iter().zip(arm.robot.gravity_m_s2()).all(|(of, own)| (of - own).abs() < 1e-12)
+        );
         // The complete model does not fit these torques.
         let wrong = identified(&arm.robot, &position, torques, &exact_options());
         let gravity = terms.contains(&TorqueTerm::Gravity);
