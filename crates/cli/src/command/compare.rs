@@ -190,6 +190,9 @@ fn leave_out_simulating(
     let left_out: Vec<String> =
         trials.iter().filter(|trial| is_left_out(trial)).map(ToString::to_string).collect();
     trials.retain(|trial| !is_left_out(trial));
+    if left_out.is_empty() {
+        return Ok(());
+    }
     print_note(&format!(
         "note: {cell_file} has no [controller], which {} need: they are left out; describe it to \
          compare them\n",

@@ -45,7 +45,8 @@ pub struct VerdictLimits {
     /// alone causes such an effect, among all effects that are tested, at most this often.
     pub model_probability: f64,
     /// Largest difference between the command of the described controller and the recorded torque,
-    /// relative to it and without noise \[share\].
+    /// relative to it and without noise \[share\]. The limit is at least the tolerance of the
+    /// torque gain.
     pub controller_error: f64,
     /// A note is given if position filter and position noise shift a parameter by more than this
     /// \[σ\].
