@@ -34,6 +34,13 @@ struct Axis {
     ratio: f64,
 }
 
+impl Axis {
+    /// Returns the path of a key of its drive.
+    fn drive_key(self, key: &str) -> String {
+        format!("bus.drives[{}].{key}", self.index + 1)
+    }
+}
+
 impl Cell {
     /// Returns the key of this cell file whose value the data ask to change. `None` if the file has
     /// no single key for it, as with coupled motors.
@@ -86,7 +93,8 @@ impl Cell {
                     standard_deviation: (unit * standard_deviation).abs(),
                 };
                 let key = ("data.position", "zero", position.zero.as_ref());
-                Some(self.list_setting(key, 0.0, axis, &correction, *joint))
+                let explanation = self.explanation(*joint, &correction);
+                Some(self.list_setting(key, 0.0, axis, correction.rounded(), explanation))
             }
             Change::Sign { joint, signal } => {
                 let (section, of) = match signal {
@@ -123,12 +131,11 @@ impl Cell {
         if side == Side::Joint {
             return Some(Axis { index: at, ratio: 1.0 });
         }
-        let joints = 0..self.robot.joints();
-        let mut motors = joints.clone().filter(|motor| transmission.row(*motor)[at] != 0.0);
+        let mut motors =
+            (0..self.robot.joints()).filter(|motor| transmission.row(*motor)[at] != 0.0);
         let (index, others) = (motors.next()?, motors.next());
-        let row = transmission.row(index);
-        let is_alone = others.is_none() && joints.filter(|joint| row[*joint] != 0.0).count() == 1;
-        is_alone.then(|| Axis { index, ratio: row[at] })
+        let is_alone = others.is_none() && !transmission.is_coupled(index);
+        is_alone.then(|| Axis { index, ratio: transmission.row(index)[at] })
     }
 
     /// Returns the key of a drive on the bus.
@@ -167,10 +174,9 @@ impl Cell {
                     FlippedSignal::Position => ("position.sign", drive.position.sign),
                 };
                 let configured = if sign == Sign::Positive { 1 } else { -1 };
-                let key = format!("bus.drives[{}].{key}", axis.index + 1);
-                let explanation =
-                    format!("joint {}, configured {configured}", self.robot.joint_label(*joint));
-                Some(self.setting_of(key, SettingValue::Integer(-configured), explanation))
+                let explanation = self.configured_text(*joint, configured);
+                let value = SettingValue::Integer(-configured);
+                Some(self.setting_of(axis.drive_key(key), value, explanation))
             }
             Change::Gravity { .. } => None,
         }
@@ -184,9 +190,8 @@ impl Cell {
         correction: &Correction,
         joint: JointIndex,
     ) -> Setting {
-        let key = format!("bus.drives[{}].{key}", axis.index + 1);
         let value = SettingValue::Number(correction.rounded());
-        self.setting_of(key, value, self.explanation(joint, correction))
+        self.setting_of(axis.drive_key(key), value, self.explanation(joint, correction))
     }
 
     /// Returns the key of a torque scale: `per_ampere` if the cell has it, else `factor`.
@@ -214,13 +219,9 @@ impl Cell {
         if let Some(joint) = joint {
             let axis = self.axis(*joint, side)?;
             let correction = corrected(*values.get(axis.index)?);
-            return Some(self.list_setting(
-                (section, name, configured),
-                1.0,
-                axis,
-                &correction,
-                *joint,
-            ));
+            let (key, value) = ((section, name, configured), correction.rounded());
+            let explanation = self.explanation(*joint, &correction);
+            return Some(self.list_setting(key, 1.0, axis, value, explanation));
         }
         let value = match configured {
             Some(OneOrEach::Each(_)) => {
@@ -239,11 +240,10 @@ impl Cell {
         (section, name, configured): (&str, &str, Option<&OneOrEach<f64>>),
         usual: f64,
         axis: Axis,
-        correction: &Correction,
-        joint: JointIndex,
+        value: f64,
+        explanation: String,
     ) -> Setting {
-        let explanation = self.explanation(joint, correction);
-        let (key, value) = (format!("{section}.{name}"), correction.rounded());
+        let key = format!("{section}.{name}");
         let all = match configured {
             Some(OneOrEach::Each(_)) => {
                 let key = format!("{key}[{}]", axis.index + 1);
@@ -267,19 +267,19 @@ impl Cell {
         let axes = self.robot.joints();
         let signs = key.2.map_or(Some(vec![1.0; axes]), |of| of.of_each(axes))?;
         let configured = *signs.get(axis.index)?;
-        let correction =
-            Correction { configured, value: -configured, standard_deviation: f64::EPSILON };
-        let setting = self.list_setting(key, 1.0, axis, &correction, joint);
-        let explanation =
-            format!("joint {}, configured {configured}", self.robot.joint_label(joint));
-        Some(Setting { explanation, ..setting })
+        let explanation = self.configured_text(joint, configured);
+        Some(self.list_setting(key, 1.0, axis, -configured, explanation))
+    }
+
+    fn configured_text(&self, joint: JointIndex, configured: impl core::fmt::Display) -> String {
+        format!("joint {}, configured {configured}", self.robot.joint_label(joint))
     }
 
     fn explanation(&self, joint: JointIndex, correction: &Correction) -> String {
         let Correction { configured, value, standard_deviation } = correction;
         format!(
-            "joint {}, configured {configured}; data {} ± {}",
-            self.robot.joint_label(joint),
+            "{}; data {} ± {}",
+            self.configured_text(joint, configured),
             to_uncertainty(*value, *standard_deviation, MAX_DIGITS),
             to_uncertainty(*standard_deviation, *standard_deviation, 2)
         )

@@ -138,21 +138,10 @@ fn a_tiago_with_its_dead_torques_shows_which_they_are() {
 fn a_tiago_without_its_dead_torques_as_the_rows_of_the_others() {
     let folder = repository("tests/data/tiago");
     let (cell_file, input) = (folder.join("cell.toml"), folder.join("motion.csv"));
+    let counted: [&dyn AsRef<OsStr>; 8] =
+        [&"--cell", &cell_file, &"--input", &input, &"--from", &"9.2", &"--to", &"67.89"];
     let run = |joints: &str, more: &[&dyn AsRef<OsStr>]| {
-        let fixed: [&dyn AsRef<OsStr>; 11] = [
-            &"identify",
-            &"--cell",
-            &cell_file,
-            &"--input",
-            &input,
-            &"--from",
-            &"9.2",
-            &"--to",
-            &"67.89",
-            &"--joints",
-            &joints,
-        ];
-        didim(&[&fixed[..], more].concat())
+        didim(&[&[&"identify" as _], &counted[..], &[&"--joints", &joints], more].concat())
     };
     let estimate = json(&run("2,3,4,5", &[&"--json"]).stdout);
     let joints: Vec<JointReference> = (2..=5).map(JointReference::Number).collect();
@@ -178,22 +167,9 @@ fn a_tiago_without_its_dead_torques_as_the_rows_of_the_others() {
     // The others are predicted as the joints of a result of all torques are.
     let result = tempfile::NamedTempFile::new().unwrap();
     std::fs::write(result.path(), estimate.to_string()).unwrap();
-    let predicted = json(&succeed(&[
-        &"predict",
-        &"--json",
-        &"--cell",
-        &cell_file,
-        &"--result",
-        &result.path(),
-        &"--input",
-        &input,
-        &"--from",
-        &"9.2",
-        &"--to",
-        &"67.89",
-        &"--joints",
-        &"2,3,4,5",
-    ]));
+    let predict: [&dyn AsRef<OsStr>; 6] =
+        [&"predict", &"--json", &"--result", &result.path(), &"--joints", &"2,3,4,5"];
+    let predicted = json(&succeed(&[&predict[..], &counted].concat()));
     close(figure(&predicted, "relative_error"), error, SAME_RECIPE, "predicted");
     assert!(predicted["rms_error_per_joint_nm"][7].is_null());
     // What needs every joint says so.

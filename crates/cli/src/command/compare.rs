@@ -180,13 +180,12 @@ fn leave_out_simulating(
     if cell.options.controller.is_some() {
         return Ok(());
     }
-    let simulates = |method: Method| method != Method::IdimLs;
     let cell_file = arguments.cell.display();
-    if let Some(method) = arguments.methods.iter().copied().find(|method| simulates(*method)) {
+    if let Some(method) = arguments.methods.iter().copied().find(|method| method.simulates()) {
         let error = IdentificationError::NoController { method };
         return Err(CliError::from_configuration(format!("{cell_file}: {error}")));
     }
-    let is_left_out = |trial: &Trial| simulates(trial.method);
+    let is_left_out = |trial: &Trial| trial.method.simulates();
     let left_out: Vec<String> =
         trials.iter().filter(|trial| is_left_out(trial)).map(ToString::to_string).collect();
     trials.retain(|trial| !is_left_out(trial));

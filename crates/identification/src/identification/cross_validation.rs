@@ -32,8 +32,8 @@ pub struct CrossValidation {
 ///
 /// The prediction is the same for every method: the inverse dynamic model with the estimate, along
 /// the filtered measured motion, with both sides filtered by the parallel filter of `options`. So
-/// methods can be compared by this error. Rows within ten rows of the omitted block are not fitted
-/// either, because the filters mix them with its rows.
+/// methods can be compared by this error. Samples within 0.2 s, and within two rows, of the omitted
+/// block are not fitted either, because the filters mix them with its rows.
 ///
 /// # Errors
 /// [`IdentificationError::Blocks`], and those of [`identify`].

@@ -153,6 +153,10 @@ impl Findings<'_> {
         let whiteness = ljung_box.iter().map(LjungBox::probability).collect();
         let own_statistics = observations.residual_statistics(&solution.residuals);
         let downweighted = self.downweighted.map(DownweightedRows::per_joint);
+        let differences = checks.controller_error_per_joint;
+        let (sizes, probabilities) = differences
+            .map(|found| found.iter().map(|of| (of.size, of.probability)).unzip())
+            .unzip();
         let mut estimate = Estimate {
             schema: SCHEMA,
             method: self.method.name().to_owned(),
@@ -205,10 +209,8 @@ impl Findings<'_> {
                 .map(|rows| rows.iter().map(Vec::len).collect()),
             relative_position_error_per_joint: iteration.position_error_per_joint.clone(),
             simulated_torque_error_per_joint: iteration.torque_error_per_joint.clone(),
-            controller_error_per_joint: (checks.controller_error_per_joint.as_ref())
-                .map(|found| found.iter().map(|of| of.size).collect()),
-            controller_probability_per_joint: (checks.controller_error_per_joint.as_ref())
-                .map(|found| found.iter().map(|of| of.probability).collect()),
+            controller_error_per_joint: sizes,
+            controller_probability_per_joint: probabilities,
             smallest_instrument_correlation: iteration.instrument_correlation,
             link_bodies: None,
             verdict: Verdict::default(),

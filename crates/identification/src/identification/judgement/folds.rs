@@ -83,12 +83,17 @@ impl Folds {
 /// Returns the samples at which states are compared: those that count, [`INSTANT_S`] apart.
 fn instants(context: &Context<'_>) -> Vec<usize> {
     let experiment = context.experiment;
-    let step = samples_within(INSTANT_S, experiment.sample_rate_hz()).max(1);
+    let step = samples_per_instant(experiment.sample_rate_hz());
     let counted = experiment.recordings().iter().map(|of| of.counted_samples.clone());
     counted
         .flat_map(|samples| samples.step_by(step))
         .filter(|sample| !experiment.is_held_out(*sample))
         .collect()
+}
+
+/// Returns the number of samples from one instant to the next.
+fn samples_per_instant(sample_rate_hz: f64) -> usize {
+    samples_within(INSTANT_S, sample_rate_hz).max(1)
 }
 
 /// Returns the number of samples in a time, rounded.
@@ -118,7 +123,7 @@ struct Repetitions {
 impl Repetitions {
     /// Compares the states at all instants, which are samples of the motion.
     fn new(motion: &Motion, instants: &[usize], sample_rate_hz: f64) -> Self {
-        let step = samples_within(INSTANT_S, sample_rate_hz).max(1);
+        let step = samples_per_instant(sample_rate_hz);
         let period_s = step as f64 / sample_rate_hz;
         let passage = samples_within(PASSAGE_S, sample_rate_hz) / step;
         let states = States::new(motion, instants, period_s);

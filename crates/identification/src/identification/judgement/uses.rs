@@ -148,11 +148,8 @@ impl Verdict {
     /// Adds the keys of the configured values that findings ask to change. `find` returns the key
     /// of a change, if a file has one.
     pub fn add_settings(&mut self, find: &dyn Fn(&Change) -> Option<Setting>) {
-        let Uses { monitoring, prediction, contact_detection, physical_values, rigid_body } =
-            &mut self.uses;
-        let uses = [monitoring, prediction, contact_detection, physical_values, rigid_body];
-        let of_uses =
-            uses.into_iter().flat_map(|of| of.reasons.iter_mut().chain(&mut of.explanations));
+        let of_uses = (self.uses.all_mut().into_iter())
+            .flat_map(|of| of.reasons.iter_mut().chain(&mut of.explanations));
         let of_notes = self.notes.iter_mut().filter_map(|note| match note {
             Note::Explanation(reason) => Some(reason),
             _ => None,
