@@ -104,6 +104,12 @@ pub struct UrdfSection {
     #[serde(default)]
     #[schemars(with = "Option<FreeTable>")]
     pub friction: Option<toml::Table>,
+    /// Gravity in the frame of the link on which the arm stands: `[0.0, 0.0, 9.81]` for an arm that
+    /// hangs from the ceiling.
+    ///
+    /// If left out: 9.81 m/s² along −z of the root.
+    #[serde(default)]
+    pub gravity_m_s2: Option<[f64; 3]>,
     /// The link on which the arm stands, if the URDF has several roots or the arm begins later.
     ///
     /// If left out: the root of the URDF.

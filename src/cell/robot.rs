@@ -189,7 +189,11 @@ fn drives(arm: &UrdfArm, section: &UrdfSection) -> Result<UrdfDrives, Wrong> {
     let values = |own: &toml::Table| -> BTreeMap<String, String> {
         own.iter().map(|(key, value)| (key.clone(), value.to_string())).collect()
     };
+    if section.gravity_m_s2.is_some_and(|gravity| gravity.iter().any(|own| !own.is_finite())) {
+        return wrong("gravity_m_s2", "has an entry that is no finite number".to_owned());
+    }
     Ok(UrdfDrives {
+        gravity_m_s2: section.gravity_m_s2,
         drive_inertia,
         gear_ratios: gear_ratios.clone(),
         friction: friction.iter().map(|(key, value)| format!("{key} = {value}\n")).collect(),

@@ -57,10 +57,14 @@ impl Cell {
         }
     }
 
-    /// Returns the key of the gravity in a robot file. A URDF has none.
+    /// Returns the key of the gravity in a robot file, or in the section of a URDF.
     fn gravity_setting(&self, gravity_m_s2: [f64; 3]) -> Option<Setting> {
-        if self.urdf.is_some() {
-            return None;
+        if let Some(arm) = &self.urdf {
+            let [value, configured] = [gravity_m_s2, self.robot.gravity_m_s2()]
+                .map(|gravity| arm.vector_in_base_link(gravity));
+            let explanation = format!("configured {configured:?}");
+            let value = SettingValue::List(value.to_vec());
+            return Some(self.setting_of("urdf.gravity_m_s2".to_owned(), value, explanation));
         }
         let (text, key) = (&self.configuration.robot, "gravity_m_s2");
         let file = self.robot_file.file_name().unwrap_or(self.robot_file.as_os_str());
@@ -159,8 +163,7 @@ impl Cell {
                 Some(self.number_setting(axis, &format!("torque.{key}"), &correction, *joint))
             }
             Change::Position { offset, standard_deviation, .. } => {
-                let at = |angle| bus.scales.position_value(axis.index, angle);
-                let unit = axis.ratio * (at(1.0) - at(0.0));
+                let unit = axis.ratio * bus.scales.position_per_rad(axis.index);
                 let correction = Correction {
                     configured: drive.position.zero,
                     value: drive.position.zero - unit * offset,

@@ -52,7 +52,7 @@ fn motion(robot: &Path) -> Vec<[f64; 5]> {
 }
 
 /// A folder with the arm and a table with these names and factors.
-fn folder(names: [&str; 5], factors: [f64; 5]) -> TempDir {
+pub(crate) fn folder(names: [&str; 5], factors: [f64; 5]) -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     let robot = folder.path().join("arm.urdf");
     fs::write(&robot, URDF).unwrap();
@@ -74,7 +74,7 @@ fn new(folder: &Path, further: &[&str]) -> Finished {
     didim(&arguments)
 }
 
-const RAD: [f64; 5] = [1.0; 5];
+pub(crate) const RAD: [f64; 5] = [1.0; 5];
 const DEG: [f64; 5] = [1e3, 57.295_779_513_082_32, 57.295_779_513_082_32, 1.0, 1.0];
 
 /// What is asked where nobody knows on which side of the gears it was measured.

@@ -5,6 +5,7 @@ use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use crate::new::{RAD, folder};
 use crate::program::{Installation, json, repository, succeed};
 use serde_json::Value;
 
@@ -164,4 +165,40 @@ fn columns_of_a_table_get_the_values_that_the_data_ask_for() {
     fs::write(&table, scaled.join("\n")).unwrap();
     fs::write(&cell, data(["", newton_metres])).unwrap();
     assert_corrected(&cell, &table, "torque-gain", "data.torque.factor", 1.0 / 1.2);
+}
+
+/// An upright arm whose cell says that it hangs on its side: the key belongs to the cell, and
+/// gravity to the base link of the URDF, whose axes are not those of the model's base frame.
+#[test]
+fn the_mounting_of_a_urdf_gets_the_gravity_that_the_data_ask_for() {
+    let folder = folder(["t", "q1", "q2", "f1", "f2"], RAD);
+    let [cell, log] = ["cell.toml", "log.csv"].map(|name| folder.path().join(name));
+    let with_gravity = |gravity: &str| {
+        let text = format!(
+            "name = \"two\"\nrobot = \"arm.urdf\"\n[urdf]\ndrive_inertia = false\n\
+             gear_ratios = [1.0, 1.0]\nfriction = {{ viscous = true, coulomb = true, offset = \
+             true, sign = {{ model = \"tanh\", width_rad_s = 0.02 }} }}\n{gravity}[data]\n\
+             rate_hz = 200.0\ntorque_valid = \"instant\"\nside = \"joint\"\n\
+             time = {{ column = \"t\", unit = \"s\" }}\n\
+             position = {{ column = \"q{{axis}}\", unit = \"rad\" }}\n\
+             torque = {{ column = \"f{{axis}}\", unit = \"Nm\" }}\n[identification]\n\
+             method = \"idim-ls\"\nposition_filter.cutoff_hz = 20.0\n\
+             decimation_filter.factor = 10\n"
+        );
+        fs::write(&cell, text).unwrap();
+        identify(&cell, &log)
+    };
+    let found = |result: &Value| settings(result, "gravity-direction", "urdf.gravity_m_s2");
+    let wrong = with_gravity("gravity_m_s2 = [0.0, -9.81, 0.0]\n");
+    let [named] = &found(&wrong)[..] else { panic!("{:#}", wrong["verdict"]["findings"]) };
+    assert_eq!((&named["set"]["file"], &named["set"]["line"]), (&"cell.toml".into(), &7.into()));
+    let [x, y, z] = [0, 1, 2].map(|axis| named["set"]["value"][axis].as_f64().unwrap());
+    assert!((z + 9.81).abs() < 1e-9 && x.abs() + y.abs() < 1e-9, "{named}");
+
+    let corrected = with_gravity(&format!("gravity_m_s2 = {}\n", named["set"]["value"]));
+    let upright = with_gravity("");
+    assert!(found(&corrected).is_empty() && found(&upright).is_empty());
+    let error = |of: &Value| of["relative_error"].as_f64().unwrap();
+    assert!((error(&corrected) - error(&upright)).abs() < 1e-9);
+    assert!(error(&corrected) < 0.01 && error(&wrong) > 0.1);
 }

@@ -59,6 +59,7 @@ fn bodies_alone(arm: &UrdfArm) -> Robot {
     let friction =
         "viscous = true\ncoulomb = true\noffset = false\nsign = { model = \"sign\" }\n".to_owned();
     let drives = UrdfDrives {
+        gravity_m_s2: None,
         drive_inertia: false,
         gear_ratios: vec![1.0; joints],
         friction,

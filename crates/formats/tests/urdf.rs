@@ -25,6 +25,7 @@ struct GoldenArm {
 fn links_alone(joints: usize) -> UrdfDrives {
     let friction = "viscous = false\ncoulomb = false\noffset = false\n".to_owned();
     UrdfDrives {
+        gravity_m_s2: None,
         drive_inertia: false,
         gear_ratios: vec![1.0; joints],
         friction,

@@ -141,6 +141,12 @@ impl Scales {
         scale.scaled_value(scale.position, angle_rad)
     }
 
+    /// Returns how far the position of a drive moves per radian of its motor \[unit of the DBC file /
+    /// rad\].
+    pub fn position_per_rad(&self, axis: usize) -> f64 {
+        1.0 / self.axis_scale_of(axis).rad_per_unit
+    }
+
     /// Returns the reference that a controller sends for a motor angle \[unit of the DBC file\]. If
     /// references are following errors, returns the error that a drive reports at a measured angle.
     pub fn reference_value(&self, axis: usize, angle_rad: f64, position_rad: f64) -> f64 {

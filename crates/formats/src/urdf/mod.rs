@@ -48,6 +48,9 @@ pub struct UrdfArm {
 /// Properties of an arm that a URDF does not have.
 #[derive(Clone, Debug, PartialEq)]
 pub struct UrdfDrives {
+    /// Gravity in the frame of the link on which the arm stands \[m/s²\]. `None` for an arm that
+    /// stands upright: along −z of the root.
+    pub gravity_m_s2: Option<[f64; 3]>,
     /// True if the inertias of the drives are parameters, for joints without their own key. Behind
     /// a torque sensor they are not.
     pub drive_inertia: bool,
@@ -66,6 +69,7 @@ impl UrdfDrives {
     pub fn with_assumed_drives(joints: usize) -> Self {
         let sign = "sign = { model = \"tanh\", width_rad_s = 0.02 }";
         Self {
+            gravity_m_s2: None,
             drive_inertia: true,
             gear_ratios: vec![1.0; joints],
             friction: format!("viscous = true\ncoulomb = true\noffset = true\n{sign}\n"),
@@ -142,6 +146,13 @@ impl UrdfArm {
         &self.notes
     }
 
+    /// Converts a vector from the base frame of the robot file to the frame of the link on which the
+    /// arm stands.
+    pub fn vector_in_base_link(&self, vector: [f64; 3]) -> [f64; 3] {
+        let pose = self.link_parameters[0].frame().pose();
+        (pose.rotation * Vector3::from(vector)).map(without_rounding).into()
+    }
+
     /// Converts the arm to a robot file. Its base frame is that of the first joint at q = 0, and
     /// gravity is rotated into it. Positions are those of the URDF. Bodies and friction of the URDF
     /// become nominal values if every moving link has a body.
@@ -157,8 +168,9 @@ impl UrdfArm {
         writeln!(out, "# From the URDF of {name}, {base} to {tip}.")?;
         writeln!(out, "name = \"{}\"", toml_text(&name))?;
         let frame = self.link_parameters[0].frame();
-        let gravity =
-            (frame.vector_in_frame(&self.up_direction) * -GRAVITY_M_S2).map(without_rounding);
+        let upright = self.up_direction * -GRAVITY_M_S2;
+        let in_base_link = drives.gravity_m_s2.map_or(upright, Vector3::from);
+        let gravity = frame.vector_in_frame(&in_base_link).map(without_rounding);
         writeln!(out, "gravity_m_s2 = [{:?}, {:?}, {:?}]", gravity.x, gravity.y, gravity.z)?;
         write_capsules(out, "base_capsules", &self.base_capsules, frame)?;
         for (number, (axis, placed)) in self.axes.iter().zip(&self.link_parameters).enumerate() {

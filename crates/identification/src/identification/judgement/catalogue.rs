@@ -165,10 +165,13 @@ pub const CATALOGUE: &[CatalogueRow] = &[
     CatalogueRow {
         code: Code::GravityDirection,
         severity: Explanatory,
-        messages: &["the residuals are far smaller with gravity along […] …"],
+        messages: &[
+            "the residuals are far smaller with another direction of gravity: …",
+            "the residuals are far smaller with gravity along […] …",
+        ],
         uses: &[Prediction, PhysicalValues, RigidBody],
         meaning: "the arm is mounted differently",
-        remedy: "Correct `gravity_m_s2` of the robot file: floor, wall or ceiling",
+        remedy: "Correct `gravity_m_s2` of the robot file or of `[urdf]`: floor, wall or ceiling",
     },
     CatalogueRow {
         code: Code::ConstantTorque,

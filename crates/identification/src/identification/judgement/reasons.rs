@@ -388,12 +388,18 @@ impl Display for Reason {
                     swapped: check which is which"
             ),
             Self::Gravity { gravity_m_s2: [x, y, z], setting } => {
-                write!(
-                    f,
-                    "the residuals are far smaller with gravity along [{x:.2}, {y:.2}, {z:.2}] m/s² \
-                    in the base: check gravity_m_s2 of the robot file, and whether the arm is \
-                    on the floor, a wall or the ceiling"
-                )?;
+                let check = "check whether the arm is on the floor, a wall or the ceiling";
+                match setting {
+                    Some(_) => write!(
+                        f,
+                        "the residuals are far smaller with another direction of gravity: {check}"
+                    )?,
+                    None => write!(
+                        f,
+                        "the residuals are far smaller with gravity along [{x:.2}, {y:.2}, \
+                        {z:.2}] m/s² in the base: {check}"
+                    )?,
+                }
                 to_follow(f, setting.as_ref())
             }
             Self::WrongSignsOfJoint { joint, negative, setting, .. } => {
