@@ -1,6 +1,6 @@
 """didim's files in pandas and NumPy.
 
-    didim identify --cell cell.toml --input motion.csv --json >result.json
+    didim identify --cell cell.toml --input motion.csv --out result.json
     python3 results.py result.json [history.jsonl]
 
 prints the parameters with their uncertainty, the pairs that the motion tells apart worst, and how the

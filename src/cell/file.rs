@@ -104,8 +104,8 @@ pub struct UrdfSection {
     #[serde(default)]
     #[schemars(with = "Option<FreeTable>")]
     pub friction: Option<toml::Table>,
-    /// Gravity in the frame of the link on which the arm stands: `[0.0, 0.0, 9.81]` for an arm that
-    /// hangs from the ceiling.
+    /// Gravity in the frame of the link on which the arm stands \[m/s²\]: `[0.0, 0.0, 9.81]` for an
+    /// arm that hangs from the ceiling.
     ///
     /// If left out: 9.81 m/s² along −z of the root.
     #[serde(default)]

@@ -48,14 +48,14 @@ const ORDER: [(&str, &str); 13] = [
     ("crates/lab/src", "lib report study comparison"),
     (
         "crates/cli/src",
-        "lib command choices input stream outcome state required_uses torque_joints names terminal \
+        "lib command choices input stream outcome state required_uses torque_joints next names terminal \
          output error notes progress",
     ),
     (
         "crates/cli/src/command",
-        "baseline capture check compare convert demo export fleet gains history manual metrics new \
-         note payload predict reload replay robot run study top window convert_frames identify \
-         advise design sim status",
+        "baseline capture check compare completions convert demo export fleet gains groups history \
+         manual metrics new note payload predict reload replay robot run study top window \
+         convert_frames identify advise design sim status",
     ),
     ("crates/publish/src", "main send cabinet link ledger message configuration"),
 ];

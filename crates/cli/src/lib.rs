@@ -10,6 +10,7 @@ mod command;
 mod error;
 mod input;
 mod names;
+mod next;
 mod notes;
 mod outcome;
 mod output;
@@ -40,7 +41,9 @@ struct Arguments {
 
 /// Returns the definition of the command line.
 pub fn command() -> clap::Command {
-    Arguments::command()
+    let command = Arguments::command();
+    let help = command::groups::grouped_help(&command);
+    command.help_template(help)
 }
 
 /// Reads the arguments of the process, runs the command and returns its exit code.

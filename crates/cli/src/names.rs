@@ -7,6 +7,11 @@ use didim_identification::identification::{Method, Use};
 /// Default cell file: the one that the unit file of this machine's service names.
 pub(super) const DEFAULT_CELL: &str = "/etc/didim/cell.toml";
 
+/// File for the result in a command that the user can paste.
+pub(super) const RESULT_FILE: &str = "result.json";
+/// File for the report in such a command.
+pub(super) const REPORT_FILE: &str = "report.html";
+
 /// Returns a parser for the name of a method.
 pub(super) fn method_parser() -> impl TypedValueParser<Value = Method> {
     one_of(Method::ALL, |method| PossibleValue::new(method.name()).help(method.long_name()))

@@ -24,6 +24,7 @@ mod known_torques;
 mod load;
 mod metrics;
 mod new;
+mod next;
 mod payload;
 mod pipeline;
 mod privileges;

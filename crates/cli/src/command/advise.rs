@@ -18,7 +18,7 @@ use didim_identification::identification::Estimate;
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
-    /// The result: a file that the service stored, or the output of `didim identify --json`
+    /// The result: a file that the service stored, or the file of `didim identify --out`
     #[arg(value_name = "RESULT")]
     result: PathBuf,
     /// The cell of the identification

@@ -38,7 +38,7 @@ pub(crate) struct Arguments {
     /// The cell file: its robot, and the parameters that it identifies
     #[arg(long, value_name = "FILE")]
     cell: Option<PathBuf>,
-    /// Prior knowledge: a result that the service stored, or the output of `didim identify --json`
+    /// Prior knowledge: a result that the service stored, or the file of `didim identify --out`
     #[arg(long, value_name = "FILE", requires = "cell", required_if_eq("objective", "payload"))]
     result: Option<PathBuf>,
     /// Length of the motion [s]

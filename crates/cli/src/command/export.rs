@@ -19,7 +19,7 @@ pub(crate) struct Arguments {
     /// The cell file
     #[arg(long, value_name = "FILE", default_value = DEFAULT_CELL)]
     cell: PathBuf,
-    /// The result: a file that the service stored, or the output of `didim identify --json`
+    /// The result: a file that the service stored, or the file of `didim identify --out`
     #[arg(long, value_name = "FILE")]
     result: PathBuf,
     /// Format of the export

@@ -15,9 +15,10 @@ use super::advise::advice_for;
 use crate::CliError;
 use crate::choices::DataChoices;
 use crate::input::{CountedPiece, Samples, measurement_pairs, signal_source};
-use crate::names::{DEFAULT_CELL, method_parser};
+use crate::names::{DEFAULT_CELL, REPORT_FILE, RESULT_FILE, method_parser};
+use crate::next::NextCommand;
 use crate::notes::print_note;
-use crate::output::{check_outputs, print, write_figure, write_report};
+use crate::output::{check_outputs, print, write_figure, write_report, write_text};
 use crate::progress::WorkIndicator;
 use crate::required_uses::RequiredUses;
 use crate::stream::InputFileOrStream;
@@ -54,6 +55,9 @@ pub(crate) struct Arguments {
     /// Print one JSON object and nothing else
     #[arg(long)]
     json: bool,
+    /// Write the result, as `--json` prints it, for `predict`, `advise`, `export` and `payload`
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
     /// Write a figure of measured against predicted torque (SVG)
     #[arg(long, value_name = "FILE")]
     figure: Option<PathBuf>,
@@ -72,6 +76,26 @@ pub(crate) struct Arguments {
     regrouping: bool,
     #[command(flatten)]
     required: RequiredUses,
+}
+
+impl Arguments {
+    /// Returns the line with the next command: keep the result, or find out what it is missing.
+    fn next_command(&self, inputs: &[InputFileOrStream]) -> String {
+        if let Some(result) = &self.out {
+            return NextCommand::new("advise")
+                .with_option("--cell", &self.cell)
+                .with_argument(result)
+                .to_string();
+        }
+        if inputs.iter().any(InputFileOrStream::is_stream) {
+            return String::new();
+        }
+        let line = NextCommand::repeated().with_option("--out", RESULT_FILE);
+        match self.report {
+            Some(_) => line.to_string(),
+            None => line.with_option("--report", REPORT_FILE).to_string(),
+        }
+    }
 }
 
 /// Output of `--json`: the estimate, and the run time, which is not in a result file.
@@ -213,11 +237,11 @@ fn take_measurements(parts: &mut Vec<CountedPiece>) -> Vec<(Cow<'_, Measurement>
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let mut cell = arguments.torque_joints.read_cell(&arguments.cell)?;
-    let Arguments { cell: cell_file, input, figure, report, .. } = arguments;
+    let Arguments { cell: cell_file, input, out, figure, report, .. } = arguments;
     // Outputs are checked first, so that no work is lost.
     let read = input.iter().chain([cell_file, &cell.robot_file]);
     let read: Vec<&Path> = read.map(PathBuf::as_path).collect();
-    check_outputs(figure.iter().chain(report), &read)?;
+    check_outputs(figure.iter().chain(report).chain(out), &read)?;
     let designed = arguments.designed.as_deref().map(DesignedMotion::read);
     let designed = designed.transpose().map_err(CliError::from_failure)?;
     let inputs = input.iter().map(|path| InputFileOrStream::open(path));
@@ -263,9 +287,12 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     }
     let recordings = WorkIndicator::start("identifying from each recording alone")
         .show_during(|| identify_recordings(&cell, method, &reported, &measurements, together));
-    if arguments.json {
+    let json = || {
         let reduction = reduction.as_ref();
-        print_json(&reported, reduction, &identification, elapsed, &predicted, &recordings)?;
+        json_text(&reported, reduction, &identification, elapsed, &predicted, &recordings)
+    };
+    if arguments.json {
+        print(&json()?)?;
     } else {
         if let Some(reduction) = &reduction {
             print_for_terminal(&format!("{}\n", report::reduction::reduction_text(reduction)))?;
@@ -278,11 +305,17 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         }
     }
     // Files are written after the result, so that a write error does not cost the result.
+    if let Some(path) = out {
+        write_text(path, &json()?)?;
+    }
     if let Some(path) = &arguments.figure {
         write_figure(path, &cell, &identification)?;
     }
     if let Some(path) = &arguments.report {
         store_report(path, &cell, &inputs, &reported, &identification, &predicted)?;
+    }
+    if !arguments.json {
+        print_note(&arguments.next_command(&inputs));
     }
     arguments.required.check_estimate(&identification.estimate)
 }
@@ -330,15 +363,15 @@ fn read_recordings(
     Ok((parts, reported))
 }
 
-/// Prints the result as one JSON object.
-fn print_json(
+/// Returns the result as one line with a JSON object.
+fn json_text(
     reported: &[RecordingEntry],
     reduction: Option<&Reduction>,
     identification: &Identification,
     elapsed: Duration,
     predicted: &[ExpectedParameter],
     recordings: &[RecordingLine],
-) -> Result<(), CliError> {
+) -> Result<String, CliError> {
     let estimate = &identification.estimate;
     let elapsed_ms = elapsed.as_secs_f64() * 1e3;
     let recorded = reported.first().and_then(|first| first.recording_start);
@@ -346,7 +379,7 @@ fn print_json(
     let output =
         Output { estimate, reduction, recorded, readings, recordings, predicted, elapsed_ms };
     let json = serde_json::to_string(&output).map_err(CliError::from_failure)?;
-    print(&format!("{json}\n"))
+    Ok(format!("{json}\n"))
 }
 
 /// Prints the start time, the samples that count and the drive readings of each recording.

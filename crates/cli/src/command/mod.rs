@@ -5,6 +5,7 @@ mod baseline;
 mod capture;
 mod check;
 mod compare;
+mod completions;
 mod convert;
 mod convert_frames;
 mod demo;
@@ -12,6 +13,7 @@ mod design;
 mod export;
 mod fleet;
 mod gains;
+pub(crate) mod groups;
 mod history;
 mod identify;
 pub(crate) mod manual;
@@ -93,6 +95,8 @@ pub(crate) enum Command {
     Baseline(baseline::Arguments),
     /// Check a cell file and this machine before the service is started
     Check(check::Arguments),
+    /// Print the completions of a shell, for it to read at its start
+    Completions(completions::Arguments),
     /// Write man pages and completions into a folder
     #[command(hide = true)]
     Manual(manual::Arguments),
@@ -149,6 +153,7 @@ impl Command {
             Self::Fleet(arguments) => fleet::execute(arguments),
             Self::Baseline(arguments) => baseline::execute(arguments),
             Self::Check(arguments) => check::execute(arguments),
+            Self::Completions(arguments) => completions::execute(arguments, crate::command()),
             Self::Manual(arguments) => manual::execute(arguments, crate::command()),
         }
     }

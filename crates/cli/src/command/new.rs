@@ -6,6 +6,8 @@ use std::path::PathBuf;
 use clap::Args;
 
 use crate::CliError;
+use crate::names::{REPORT_FILE, RESULT_FILE};
+use crate::next::NextCommand;
 use crate::notes::print_note;
 use crate::output::{check_place, print, write_text};
 use didim::cell::{Cell, CellError};
@@ -114,16 +116,21 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         Err(CellError::Open { wrong, .. }) if wrong.is_empty() => {}
         Err(error) => return Err(CliError::from_configuration(error)),
     }
-    let (cell, input) =
-        (out.display(), input.map_or(String::new(), |input| input.display().to_string()));
-    let next = match proposal.missing().count() {
-        0 => format!("next: didim identify --cell {cell} --input {input} --report report.html"),
-        open => format!(
-            "{open} open: put them into {cell} or give them with --set; `didim check --cell \
-            {cell}` lists them"
+    let cell = out.display();
+    let next = match (proposal.missing().count(), input) {
+        (0, Some(input)) => NextCommand::new("identify")
+            .with_option("--cell", out)
+            .with_option("--input", input)
+            .with_option("--out", RESULT_FILE)
+            .with_option("--report", REPORT_FILE)
+            .to_string(),
+        (0, None) => NextCommand::new("check").with_option("--cell", out).to_string(),
+        (open, _) => format!(
+            "{open} open: put them into {cell} or give them with --set\n{}",
+            NextCommand::new("check").with_option("--cell", out)
         ),
     };
-    print(&format!("\n{cell} written\n{next}\n"))
+    print(&format!("\n{cell} written\n{next}"))
 }
 
 /// Asks one question on the terminal; returns `None` if it is skipped.

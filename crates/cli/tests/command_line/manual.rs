@@ -39,7 +39,7 @@ fn every_command_has_a_page() {
     let pages = man_pages(command()).unwrap();
     // One for the program and one for each command that its help lists.
     let help = didim(&["--help"]).done();
-    let commands = help.split_once("Commands:").unwrap().1.split_once("Options:").unwrap().0;
+    let commands = help.split_once("Start here:").unwrap().1.split_once("Options:").unwrap().0;
     let commands = commands.lines().filter_map(|line| line.strip_prefix("  "));
     let commands: Vec<&str> = commands
         .filter(|line| !line.starts_with(' '))

@@ -472,4 +472,12 @@ pub(super) const PAGES: &[CommandPage] = &[
         &[SERVICE_CELL, SHARED_FILES],
         &["didim-cell(5)", "didim-robot(5)", "didim-run(1)"],
     ),
+    page(
+        "completions",
+        "Prints a script that makes a shell complete commands, options and files. Packages of \
+         didim install it.",
+        &[["didim completions bash", "what `source` reads in bash"]],
+        &[],
+        &[],
+    ),
 ];
