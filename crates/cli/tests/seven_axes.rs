@@ -124,7 +124,8 @@ fn the_walk_of_docs_seven_axes_leads_to_the_report() {
         "found    data.side = \"joint\"",
         "data.bag.effort.unit = \"Nm\"",
         "data.bag.effort.sign = 1",
-        "next: didim identify --cell arm.toml --input motion.mcap --out result.json --report report.html",
+        "next: didim identify --cell arm.toml --input motion.mcap --out result.json --report \
+         report.html",
     ] {
         assert!(made.contains(line), "{line}: {made}");
     }

@@ -141,8 +141,8 @@ impl Scales {
         scale.scaled_value(scale.position, angle_rad)
     }
 
-    /// Returns how far the position of a drive moves per radian of its motor \[unit of the DBC file /
-    /// rad\].
+    /// Returns how far the position of a drive moves with a radian of its motor \[unit of the DBC
+    /// file per rad\].
     pub fn position_per_rad(&self, axis: usize) -> f64 {
         1.0 / self.axis_scale_of(axis).rad_per_unit
     }

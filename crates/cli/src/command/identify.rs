@@ -79,6 +79,20 @@ pub(crate) struct Arguments {
 }
 
 impl Arguments {
+    /// Compares the result with the predictions of the motion that was designed for it.
+    fn compare_with_design(
+        &self,
+        designed: Option<DesignedMotion>,
+        estimate: &Estimate,
+    ) -> Vec<ExpectedParameter> {
+        let predicted = designed.map_or_else(Vec::new, |of| of.compare(estimate));
+        if let Some(file) = self.designed.as_ref().filter(|_| predicted.is_empty()) {
+            let explanation = "it predicts no parameter that is identified here";
+            print_note(&format!("note: {}: {explanation}\n", file.display()));
+        }
+        predicted
+    }
+
     /// Returns the line with the next command: keep the result, or find out what it is missing.
     fn next_command(&self, inputs: &[InputFileOrStream]) -> String {
         if let Some(result) = &self.out {
@@ -280,11 +294,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     add_settings(&cell, signal_source(&inputs[0], &cell), &mut identification.estimate);
     let measurements = measurement_pairs(&parts);
     let together = &identification.estimate;
-    let predicted = designed.map_or_else(Vec::new, |of| of.compare(together));
-    if let Some(file) = arguments.designed.as_ref().filter(|_| predicted.is_empty()) {
-        let explanation = "it predicts no parameter that is identified here";
-        print_note(&format!("note: {}: {explanation}\n", file.display()));
-    }
+    let predicted = arguments.compare_with_design(designed, together);
     let recordings = WorkIndicator::start("identifying from each recording alone")
         .show_during(|| identify_recordings(&cell, method, &reported, &measurements, together));
     let json = || {
@@ -294,10 +304,8 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     if arguments.json {
         print(&json()?)?;
     } else {
-        if let Some(reduction) = &reduction {
-            print_for_terminal(&format!("{}\n", report::reduction::reduction_text(reduction)))?;
-        }
-        print_for_terminal(&text(&cell, &identification, arguments.regrouping))?;
+        let regrouping = arguments.regrouping;
+        print_for_terminal(&text(&cell, reduction.as_ref(), &identification, regrouping))?;
         show_recordings(&reported)?;
         print_for_terminal(&recordings_table(&recordings))?;
         if !predicted.is_empty() {
@@ -308,10 +316,10 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     if let Some(path) = out {
         write_text(path, &json()?)?;
     }
-    if let Some(path) = &arguments.figure {
+    if let Some(path) = figure {
         write_figure(path, &cell, &identification)?;
     }
-    if let Some(path) = &arguments.report {
+    if let Some(path) = report {
         store_report(path, &cell, &inputs, &reported, &identification, &predicted)?;
     }
     if !arguments.json {
@@ -425,9 +433,17 @@ fn store_report(
     write_report(path, &report)
 }
 
-fn text(cell: &Cell, identification: &Identification, regrouping: bool) -> String {
+fn text(
+    cell: &Cell,
+    reduction: Option<&Reduction>,
+    identification: &Identification,
+    regrouping: bool,
+) -> String {
     let estimate = &identification.estimate;
-    let mut text = report::estimate::parameter_table(estimate);
+    let mut text = reduction.map_or_else(String::new, |reduction| {
+        format!("{}\n", report::reduction::reduction_text(reduction))
+    });
+    text += &report::estimate::parameter_table(estimate);
     text += "\n";
     text += &report::estimate::summary(estimate, &cell.robot);
     if regrouping {

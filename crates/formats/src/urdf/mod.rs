@@ -146,8 +146,8 @@ impl UrdfArm {
         &self.notes
     }
 
-    /// Converts a vector from the base frame of the robot file to the frame of the link on which the
-    /// arm stands.
+    /// Converts a vector from the base frame of the robot file to the frame of the link on which
+    /// the arm stands.
     pub fn vector_in_base_link(&self, vector: [f64; 3]) -> [f64; 3] {
         let pose = self.link_parameters[0].frame().pose();
         (pose.rotation * Vector3::from(vector)).map(without_rounding).into()
