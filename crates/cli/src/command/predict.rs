@@ -184,6 +184,10 @@ fn text(prediction: &Prediction, cell: &Cell, notes: &[String]) -> String {
         none(),
     ]);
     let table = align_table(&["", "error", "expected", "rms error", "99.9 % below"], &rows);
+    let ratio = expected_error.as_ref().map(|of| error.relative_error / of.relative_error);
+    let ratio = ratio.filter(|ratio| ratio.is_finite()).map(|ratio| {
+        format!("the error is {} times the expected one\n", significant_digits(ratio, 2))
+    });
     let notes = notes.iter().map(|note| format!("note: {note}\n"));
-    core::iter::once(table).chain(notes).collect()
+    core::iter::once(table).chain(ratio).chain(notes).collect()
 }
