@@ -33,7 +33,7 @@ pub(super) fn read(
         }
         (Some(dbc), ..) => {
             let path = folder.join(dbc);
-            let text = library.read(&path).map_err(named("bus.layout.dbc"))?;
+            let text = library.read_device_file(&path).map_err(named("bus.layout.dbc"))?;
             let compiled = CompiledLayout::compile(&text, spec);
             (vec![("bus.dbc".to_owned(), text)], path, compiled)
         }

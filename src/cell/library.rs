@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use super::CellError;
-use crate::files::{read_bytes, read_text};
+use crate::files::{decode_western, read_bytes, read_text};
 
 /// The shipped files, each with its path below `config/`.
 pub const SHIPPED_FILES: &[(&str, &str)] = &[
@@ -49,9 +49,7 @@ impl Library {
         text.map_err(|source| CellError::Read { file: path.to_path_buf(), source })
     }
 
-    /// Returns the text of an EDS, DCF or ENI file. Many of these files are not in UTF-8.
-    /// Characters outside ASCII occur only in names and comments, so that unreadable ones do no
-    /// harm.
+    /// Returns the text of a DBC, EDS, DCF or ENI file. Many of these files are in Windows-1252.
     ///
     /// # Errors
     /// [`CellError::Read`].
@@ -59,7 +57,7 @@ impl Library {
         match self {
             Self::Shipped => self.read(path),
             Self::Files => read_bytes(path)
-                .map(|bytes| String::from_utf8_lossy(&bytes).into_owned())
+                .map(decode_western)
                 .map_err(|source| CellError::Read { file: path.to_path_buf(), source }),
         }
     }

@@ -6,4 +6,4 @@ mod text;
 
 pub use folder::{FolderError, check_folder, own_folder};
 pub use replace::{discard_unfinished, remove_leftovers, replace};
-pub use text::{MAX_TEXT_BYTES, TextError, read_bytes, read_text};
+pub use text::{MAX_TEXT_BYTES, TextError, decode_western, read_bytes, read_text};

@@ -4,11 +4,15 @@ use std::fs::File;
 use std::io::{self, Read as _};
 use std::path::Path;
 
+use encoding_rs::{Encoding, WINDOWS_1252};
 use rustix::fs::{Mode, OFlags};
 
 /// Maximum size of a configuration file \[bytes\]. A DBC file of a complete vehicle has some
 /// megabytes.
 pub const MAX_TEXT_BYTES: u64 = 16 << 20;
+
+/// Length of the text in which an XML declaration is searched \[bytes\]. Convention.
+const DECLARATION_BYTES: usize = 512;
 
 /// Error when a configuration file cannot be read.
 #[derive(Debug, thiserror::Error)]
@@ -40,15 +44,41 @@ impl TextError {
     }
 }
 
-/// Reads the text of a configuration file.
+/// Reads the text of a configuration file: UTF-8, or another encoding that an XML declaration or a
+/// byte order mark states.
 ///
 /// # Errors
 /// [`TextError`].
 pub fn read_text(path: &Path) -> Result<String, TextError> {
-    String::from_utf8(read_bytes(path)?).map_err(|error| {
-        let good = error.as_bytes().get(..error.utf8_error().valid_up_to()).unwrap_or_default();
-        TextError::NotText { line: 1 + good.iter().filter(|byte| **byte == b'\n').count() }
+    String::from_utf8(read_bytes(path)?).or_else(|error| {
+        let good = error.utf8_error().valid_up_to();
+        decode_declared(error.as_bytes()).ok_or_else(|| {
+            let good = error.as_bytes().get(..good).unwrap_or_default();
+            TextError::NotText { line: 1 + good.iter().filter(|byte| **byte == b'\n').count() }
+        })
     })
+}
+
+/// Decodes a text that states its encoding; `None` if it states none, or its bytes are not in it.
+fn decode_declared(bytes: &[u8]) -> Option<String> {
+    let marked = Encoding::for_bom(bytes).map(|(encoding, _)| encoding);
+    let encoding = marked.or_else(|| {
+        let start = String::from_utf8_lossy(bytes.get(..DECLARATION_BYTES).unwrap_or(bytes));
+        let (declaration, _) = start.trim_start().strip_prefix("<?xml")?.split_once("?>")?;
+        let (_, value) = declaration.split_once("encoding")?;
+        let value = value.trim_start().strip_prefix('=')?.trim_start();
+        let label = value.split(['"', '\'']).nth(1)?;
+        Encoding::for_label(label.as_bytes())
+    })?;
+    let (text, _, has_errors) = encoding.decode(bytes);
+    (!has_errors).then(|| text.into_owned())
+}
+
+/// Decodes a text of the automation industry: UTF-8, or else Windows-1252, in which every byte is a
+/// letter.
+pub fn decode_western(bytes: Vec<u8>) -> String {
+    String::from_utf8(bytes)
+        .unwrap_or_else(|error| WINDOWS_1252.decode(error.as_bytes()).0.into_owned())
 }
 
 /// Reads the bytes of a configuration file of any encoding.
@@ -83,6 +113,15 @@ mod tests {
         std::fs::write(&path, b"a = 1\nb = \"\xf6\"\n").unwrap();
         assert!(matches!(read_text(&path), Err(TextError::NotText { line: 2 })));
         assert_eq!(read_bytes(&path).unwrap().len(), 14);
+        let declared = b"\n<?xml version='1.0' encoding='ISO-8859-1'?><a b='\xf6'/>";
+        std::fs::write(&path, declared).unwrap();
+        assert!(read_text(&path).unwrap().ends_with("<a b='ö'/>"));
+        std::fs::write(&path, b"\xff\xfe<\0a\0").unwrap();
+        assert_eq!(read_text(&path).unwrap(), "<a");
+        // It states an encoding that it is not in.
+        std::fs::write(&path, b"<?xml encoding=\"utf-8\"?>\n<a b='\xf6'/>").unwrap();
+        assert!(matches!(read_text(&path), Err(TextError::NotText { line: 2 })));
+        assert_eq!(decode_western(b"\xf6 \x80".to_vec()), "ö €");
         assert!(read_text(&folder.path().join("none")).unwrap_err().is_missing());
         let pipe = folder.path().join("pipe");
         rustix::fs::mkfifoat(rustix::fs::CWD, &pipe, Mode::RUSR | Mode::WUSR).unwrap();

@@ -137,12 +137,10 @@ impl Evidence {
     /// [`ProposalError`].
     pub fn read(sources: Sources) -> Result<Self, ProposalError> {
         let Sources { robot: robot_file, base, tip, table, bag, dbc, eds, log } = sources;
-        let read = |file: &Path| {
-            Library::Files.read(file).map_err(|error| ProposalError::File(Box::new(error)))
-        };
+        let file_error = |error| ProposalError::File(Box::new(error));
         let bag = bag.map(|file| list_bag(&file).map(|contents| (file, contents))).transpose()?;
         let (file, text, description) = match (&robot_file, &bag) {
-            (Some(file), _) => (file.clone(), read(file)?, None),
+            (Some(file), _) => (file.clone(), Library::Files.read(file).map_err(file_error)?, None),
             (None, Some((file, BagContents { robot_description: Some(urdf), .. }))) => {
                 (file.with_extension("urdf"), urdf.clone(), Some(urdf.clone()))
             }
@@ -153,15 +151,14 @@ impl Evidence {
             }
         };
         let ends = UrdfSection { base: base.clone(), tip: tip.clone(), ..UrdfSection::default() };
-        let robot = RobotSource::read(&file, text, Some(&ends))
-            .map_err(|error| ProposalError::File(Box::new(error)))?;
+        let robot = RobotSource::read(&file, text, Some(&ends)).map_err(file_error)?;
         let table = table.map(|file| list_table(&file).map(|names| (file, names))).transpose()?;
-        let dbc = dbc.map(|file| read(&file).map(|text| (file, text))).transpose()?;
+        let read_device = |file: &Path| Library::Files.read_device_file(file).map_err(file_error);
+        let dbc = dbc.map(|file| read_device(&file).map(|text| (file, text))).transpose()?;
         let eds = eds
             .into_iter()
             .map(|file: PathBuf| {
-                let text = Library::Files.read_device_file(&file);
-                let text = text.map_err(|error| ProposalError::File(Box::new(error)))?;
+                let text = read_device(&file)?;
                 let contents = DeviceContents::read(&text, &file, is_dcf(&file));
                 let contents = contents.map_err(|error| ProposalError::Eds(Box::new(error)))?;
                 Ok((file, contents))
