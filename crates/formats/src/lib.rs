@@ -103,4 +103,4 @@ pub use table::{
 };
 pub use time_limits::TimeLimits;
 pub use uniform::{Resampled, TimesError, mean_rate_hz};
-pub use urdf::{UrdfArm, UrdfDrives, UrdfError, UrdfNote, UrdfValues, WRITTEN_BY};
+pub use urdf::{UnreadAttribute, UrdfArm, UrdfDrives, UrdfError, UrdfNote, UrdfValues, WRITTEN_BY};

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use didim_dynamics::dynamics::{Model, Workspace};
 use didim_dynamics::robot::{JointIndex, Robot};
-use didim_formats::{UrdfArm, UrdfDrives, UrdfError};
+use didim_formats::{UnreadAttribute, UrdfArm, UrdfDrives, UrdfError, UrdfNote};
 use serde::Deserialize;
 
 #[derive(Deserialize)]
@@ -102,6 +102,11 @@ fn what_is_no_arm_is_refused_with_what_to_do() {
     let arm_text = two_links("", "");
     let cases = [
         ("<robot".to_owned(), "it is no XML"),
+        (" \n".to_owned(), "it has no element"),
+        (
+            format!("<!DOCTYPE robot [<!ENTITY pi \"3.14\">]>{}", two_links("", "")),
+            "it has a document type",
+        ),
         ("<sdf/>".to_owned(), "give a URDF"),
         (
             two_links(&(0..1000).map(|k| link(&format!("x{k}"))).collect::<String>(), ""),
@@ -164,6 +169,14 @@ fn what_is_no_arm_is_refused_with_what_to_do() {
             "`0 0 0` of `xyz` is not a direction",
         ),
         (arm_text.replace("0.5 0 0", "0.5 0"), "`0.5 0` of `xyz` is not three numbers"),
+        (
+            arm_text.replace("0.5 0 0\"", "0.5 0 0\" rpy=\"0 0 0\" quat_xyzw=\"0 0 0 1\""),
+            "line 6: the rotation of <origin> (`rpy` and `quat_xyzw`) is there twice",
+        ),
+        (
+            arm_text.replace("0.5 0 0\"", "0.5 0 0\" quat_xyzw=\"0 0 0 0\""),
+            "`0 0 0 0` of `quat_xyzw` is not a quaternion of length 1",
+        ),
         (arm_text.replace("0.5 0 0", "0.5 0 inf"), "not three numbers"),
         (arm_text.replace("effort=\"50\"", "effort=\"-50\""), "effort below 0"),
         (arm_text.replace("upper=\"1\"", "upper=\"-1\""), "a range from -1 to -1"),
@@ -240,6 +253,70 @@ fn printed_quarter_turns_are_quarter_turns() {
     let calibrated = arm("0.0005");
     assert!(calibrated.notes()[0].to_string().contains("5.0e-4 rad from parallel"));
     assert!(calibrated.to_toml(&links_alone(2)).contains("alpha_deg = 0.0\nd_m = 0.5\n"));
+}
+
+/// Version 1.1 of URDF has quaternions.
+#[test]
+fn a_quaternion_is_the_rotation_that_it_stands_for() {
+    fn toml(rotation: &str) -> String {
+        let text = two_links("", "").replace(
+            "<origin xyz=\"0.5 0 0\"/>",
+            &format!("<origin xyz=\"0.5 0.1 0.2\" {rotation}/>"),
+        );
+        let body = format!("<inertial><origin xyz=\"0.1 0.2 0.3\" {rotation}/>");
+        let text = text.replace("<inertial>", &body).replace("ixx=\"1\"", "ixx=\"1.5\"");
+        let arm = UrdfArm::read(&text, None, None).unwrap();
+        assert!(arm.notes().is_empty());
+        arm.to_toml(&links_alone(2))
+    }
+    let without_rotation = toml("");
+    for (rpy, xyzw) in [
+        ("1.5708 0 0", "0.7071068 0 0 0.7071068"),
+        ("0 0 -1.5708", "0 0 -0.70711 0.70711"),
+        ("1.5708 0 1.5708", "0.5 0.5 0.5 0.5"),
+        ("0 3.1416 0", "0 1 0 6.1e-17"),
+    ] {
+        let rotated = Robot::from_toml(&toml(&format!("quat_xyzw=\"{xyzw}\""))).unwrap();
+        let expected = Robot::from_toml(&toml(&format!("rpy=\"{rpy}\""))).unwrap();
+        assert_ne!(toml(&format!("rpy=\"{rpy}\"")), without_rotation);
+        let [rotated, expected] = [rotated, expected]
+            .map(|robot| robot.nominal().unwrap().standard_parameters().to_vec());
+        for (own, expected) in rotated.iter().zip(&expected) {
+            assert!((own - expected).abs() < 1e-12, "{xyzw}: {own} {expected}");
+        }
+    }
+}
+
+/// An attribute that is ignored may be the one that holds the geometry.
+#[test]
+fn attributes_that_are_not_read_are_named() {
+    let text = two_links("", "<dynamics damping=\"1\" spring=\"2\"/>");
+    let text = text.replace("effort=", "acceleration=\"9\" drake:x=\"1\" effort=");
+    let arm = UrdfArm::read(&text, None, None).unwrap();
+    let unread = |element: &str, attribute: &str, line, places| {
+        let (element, attribute) = (element.to_owned(), attribute.to_owned());
+        UrdfNote::UnreadAttribute(UnreadAttribute { element, attribute, line, places })
+    };
+    let expected = [unread("limit", "acceleration", 5, 2), unread("dynamics", "spring", 6, 1)];
+    assert_eq!(arm.notes(), expected);
+}
+
+/// Readers of URDF take a default namespace, prefixes without declaration, a declaration that is
+/// not in the first line.
+#[test]
+fn a_file_that_other_readers_take_is_read() {
+    let plain = two_links("", "");
+    let toml = |text: &str| {
+        UrdfArm::read(text, None, None).unwrap().to_toml(&UrdfDrives::with_assumed_drives(2))
+    };
+    let declared = "xmlns:xacro=\"http://www.ros.org/wiki/xacro\" xmlns=\"http://a.org/xacro\"";
+    for text in [
+        plain.replace("<robot ", &format!("<robot {declared} ")),
+        two_links("<gazebo><sensor:camera name=\"c\"/><body:m a:b=\"1\"/></gazebo>", ""),
+        format!("\n <!-- (c) -->\n<?xml version=\"1.0\" encoding=\"latin1\"?>\n{plain}"),
+    ] {
+        assert_eq!(toml(&text), toml(&plain));
+    }
 }
 
 /// Gravity is that of the root, wherever the arm begins.

@@ -112,7 +112,7 @@ impl UrdfFile {
             has_bodies: true,
             base_capsules: Vec::new(),
             unread_shapes: Vec::new(),
-            notes: Vec::new(),
+            notes: self.notes.clone(),
         };
         self.collect_stand(base, &moving, &poses, &mut chain);
         for &k in &moving {

@@ -9,6 +9,15 @@ pub enum UrdfError {
         /// Message of the parser, with the place.
         problem: String,
     },
+    /// A document without an element.
+    #[error("it has no element at all; give a URDF")]
+    Empty,
+    /// A document type, whose entities could stand for any content.
+    #[error(
+        "it has a document type (<!DOCTYPE …>), whose entities are not read; write their values in \
+        their places, and remove it"
+    )]
+    DocumentType,
     /// More links than an arm has.
     #[error("line {line}: it has more than 1000 links or joints; give the URDF of the arm alone")]
     TooLarge {

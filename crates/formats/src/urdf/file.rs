@@ -3,22 +3,29 @@
 use core::ops::Range;
 
 use didim_identification::feasibility::Body as LinkBody;
-use nalgebra::{
-    IsometryMatrix3, Matrix3, Point3, Rotation3, SymmetricEigen, Translation3, Vector3,
-};
-use roxmltree::{Document, Node};
+use nalgebra::{IsometryMatrix3, Matrix3, Point3, SymmetricEigen, Vector3};
+use roxmltree::{Document, Error as XmlError, Node};
 
+use super::element::{
+    child_elements, line, name_attribute, number_of, number_or_zero, parse_origin,
+    required_attribute, required_child, single_child, three_numbers, unread_attributes,
+};
 use super::error::UrdfError;
 use super::limits::UrdfLimits;
+use super::note::UrdfNote;
 
 /// Maximum number of links and of joints.
 pub(super) const MAX_LINKS: usize = 1000;
+/// Prefix of macros, and part of the name of their namespace.
+const XACRO: &str = "xacro";
 
 pub(super) struct UrdfFile {
     pub(super) name: String,
     pub(super) element: ElementPlace,
     pub(super) links: Vec<Link>,
     pub(super) joints: Vec<FileJoint>,
+    /// Notes on the file.
+    pub(super) notes: Vec<UrdfNote>,
 }
 
 pub(super) struct Link {
@@ -182,13 +189,14 @@ impl Body {
 
 impl UrdfFile {
     pub(super) fn read(text: &str) -> Result<Self, UrdfError> {
-        let document = Document::parse(text).map_err(|error| match text.split_once("<xacro:") {
+        let document = Document::parse(text).map_err(|error| match error {
             // Without its name space it is not valid XML.
-            Some((before, _)) => {
-                let line = 1 + before.matches('\n').count();
-                UrdfError::Xacro { what: "<xacro:…>".to_owned(), line }
+            XmlError::UnknownNamespace(prefix, at) if prefix == XACRO => {
+                UrdfError::Xacro { what: "<xacro:…>".to_owned(), line: at.row as usize }
             }
-            None => UrdfError::Xml { problem: error.to_string() },
+            XmlError::DtdDetected => UrdfError::DocumentType,
+            XmlError::NoRootNode if !text.contains('<') => UrdfError::Empty,
+            other => UrdfError::Xml { problem: other.to_string() },
         })?;
         let root = document.root_element();
         if root.tag_name().name() != "robot" {
@@ -197,7 +205,8 @@ impl UrdfFile {
         }
         // A file that xacro has expanded may keep the name space.
         let is_macro = |node: &Node<'_, '_>| {
-            node.tag_name().namespace().is_some_and(|uri| uri.contains("xacro"))
+            let uri = node.tag_name().namespace();
+            uri != node.default_namespace() && uri.is_some_and(|uri| uri.contains(XACRO))
         };
         if let Some(macros) = root.descendants().find(is_macro) {
             let problem = format!("<xacro:{}>", macros.tag_name().name());
@@ -252,7 +261,8 @@ impl UrdfFile {
             }
             joints.push(joint);
         }
-        Ok(Self { name: name.to_owned(), element: element_place(root), links, joints })
+        let (name, notes) = (name.to_owned(), unread_attributes(root));
+        Ok(Self { name, element: element_place(root), links, joints, notes })
     }
 
     /// Returns the names of its links, for an error.
@@ -261,120 +271,11 @@ impl UrdfFile {
     }
 }
 
-fn line(node: Node<'_, '_>) -> usize {
-    node.document().text_pos_at(node.range().start).row as usize
-}
-
 fn element_place(node: Node<'_, '_>) -> ElementPlace {
     ElementPlace {
         range: node.range(),
         content: node.first_child().map(|first| first.range().start),
     }
-}
-
-fn child_elements<'a, 'i>(
-    node: Node<'a, 'i>,
-    name: &'static str,
-) -> impl Iterator<Item = Node<'a, 'i>> {
-    node.children().filter(move |child: &Node<'a, 'i>| {
-        let tag = child.tag_name();
-        child.is_element() && tag.name() == name && tag.namespace().is_none()
-    })
-}
-
-/// Returns the single child of a name, if there is one.
-fn single_child<'a, 'i>(
-    node: Node<'a, 'i>,
-    name: &'static str,
-) -> Result<Option<Node<'a, 'i>>, UrdfError> {
-    let mut elements = child_elements(node, name);
-    let first = elements.next();
-    match elements.next() {
-        Some(second) => {
-            let problem = format!("<{name}> of <{}>", node.tag_name().name());
-            Err(UrdfError::Twice { what: problem, line: line(second) })
-        }
-        None => Ok(first),
-    }
-}
-
-fn required_child<'a, 'i>(
-    node: Node<'a, 'i>,
-    name: &'static str,
-) -> Result<Node<'a, 'i>, UrdfError> {
-    let element = node.tag_name().name().to_owned();
-    let missing = || UrdfError::Missing { element, what: name, line: line(node) };
-    single_child(node, name)?.ok_or_else(missing)
-}
-
-fn required_attribute<'a>(node: Node<'a, '_>, name: &'static str) -> Result<&'a str, UrdfError> {
-    let element = node.tag_name().name().to_owned();
-    let missing = || UrdfError::Missing { element, what: name, line: line(node) };
-    node.attribute(name).ok_or_else(missing)
-}
-
-fn name_attribute(node: Node<'_, '_>) -> Result<String, UrdfError> {
-    required_attribute(node, "name").map(str::to_owned)
-}
-
-fn number_of(
-    node: Node<'_, '_>,
-    attribute: &'static str,
-    text: &str,
-    expected: &'static str,
-) -> Result<f64, UrdfError> {
-    let number = text.trim().parse().ok().filter(|number: &f64| number.is_finite());
-    let wrong =
-        || UrdfError::Number { text: text.to_owned(), attribute, expected, line: line(node) };
-    number.ok_or_else(wrong)
-}
-
-/// Returns a number, or 0 if it is missing.
-fn number_or_zero(node: Node<'_, '_>, name: &'static str) -> Result<f64, UrdfError> {
-    node.attribute(name).map_or(Ok(0.0), |text| number_of(node, name, text, "a number"))
-}
-
-/// Returns three numbers, if they are given.
-fn three_numbers(
-    node: Node<'_, '_>,
-    name: &'static str,
-) -> Result<Option<Vector3<f64>>, UrdfError> {
-    let Some(text) = node.attribute(name) else { return Ok(None) };
-    let expected = "three numbers";
-    let numbers: Vec<f64> = text
-        .split_whitespace()
-        .map(|part| number_of(node, name, part, expected))
-        .collect::<Result<_, _>>()?;
-    match numbers[..] {
-        [x, y, z] => Ok(Some(Vector3::new(x, y, z))),
-        _ => Err(UrdfError::Number {
-            text: text.to_owned(),
-            attribute: name,
-            expected,
-            line: line(node),
-        }),
-    }
-}
-
-/// Returns the exact quarter turn of a printed one: 1.5708 and 3.1416.
-fn quarter_turn(angle_rad: f64) -> f64 {
-    let quarter = core::f64::consts::FRAC_PI_2 * (angle_rad / core::f64::consts::FRAC_PI_2).round();
-    if (angle_rad - quarter).abs() < UrdfLimits::DEFAULT.printed_angle_rad {
-        quarter
-    } else {
-        angle_rad
-    }
-}
-
-/// Roll, pitch and yaw are about fixed axes: R = Rz Ry Rx.
-fn parse_origin(node: Node<'_, '_>) -> Result<IsometryMatrix3<f64>, UrdfError> {
-    let Some(origin) = single_child(node, "origin")? else {
-        return Ok(IsometryMatrix3::identity());
-    };
-    let place = three_numbers(origin, "xyz")?.unwrap_or_default();
-    let angles = three_numbers(origin, "rpy")?.unwrap_or_default().map(quarter_turn);
-    let rotation = Rotation3::from_euler_angles(angles.x, angles.y, angles.z);
-    Ok(IsometryMatrix3::from_parts(Translation3::from(place), rotation))
 }
 
 /// Returns the capsule about a `<collision>`; `None` for a mesh or no shape: no identification

@@ -9,6 +9,9 @@ pub(crate) struct UrdfLimits {
     /// Distance from a multiple of a quarter turn below which an angle is that multiple \[rad\].
     /// Derived: files print π/2 with at least five digits.
     pub printed_angle_rad: f64,
+    /// Largest difference between 1 and the length of a quaternion \[1\]. Derived: files print it with
+    /// at least four digits.
+    pub quaternion_length: f64,
     /// Sine between two axes below which they count as parallel \[1\]. Derived: otherwise their
     /// common normal would be hundreds of metres away.
     pub parallel_sine: f64,
@@ -24,6 +27,7 @@ impl UrdfLimits {
     pub(super) const DEFAULT: Self = Self {
         triangle_excess: 1e-6,
         printed_angle_rad: 1e-5,
+        quaternion_length: 1e-3,
         parallel_sine: 1e-3,
         noted_angle_rad: 1e-10,
         continuous_range_rad: 100.0 * core::f64::consts::TAU,

@@ -2,6 +2,7 @@
 
 mod chain;
 mod edit;
+mod element;
 mod error;
 mod file;
 mod limits;
@@ -16,11 +17,13 @@ use nalgebra::Vector3;
 pub use edit::{UrdfValues, WRITTEN_BY};
 pub use error::UrdfError;
 pub(crate) use file::Body;
-pub use note::UrdfNote;
+pub use note::{UnreadAttribute, UrdfNote};
 
 use chain::{Chain, ChainAxis};
 use file::{CollisionCapsule, UrdfFile};
 use modified_dh::{Frame, PlacedJoint, place_frames};
+
+use crate::xml::normalise;
 
 /// Gravity, against z of the root of a URDF \[m/s²\].
 const GRAVITY_M_S2: f64 = 9.81;
@@ -80,12 +83,13 @@ impl UrdfDrives {
 
 impl UrdfArm {
     /// Reads the arm between two links. If they are not given, the base is the only root and the
-    /// tip the only end of moving joints.
+    /// tip the only end of moving joints. Its file is kept with its prefixes declared.
     ///
     /// # Errors
     /// [`UrdfError`].
     pub fn read(text: &str, base: Option<&str>, tip: Option<&str>) -> Result<Self, UrdfError> {
-        let file = UrdfFile::read(text)?;
+        let text = normalise(text);
+        let file = UrdfFile::read(&text)?;
         let Chain {
             base,
             tip,
@@ -99,7 +103,6 @@ impl UrdfArm {
         } = file.chain(base, tip)?;
         let placed = place_frames(&axes, &mut notes);
         let tip_position_m = tip_pose.translation.vector;
-        let text = text.to_owned();
         Ok(Self {
             text,
             name: file.name,

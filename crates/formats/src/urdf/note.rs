@@ -41,6 +41,21 @@ pub enum UrdfNote {
         /// The angle between them.
         angle_rad: f64,
     },
+    /// Attributes that are not read.
+    UnreadAttribute(UnreadAttribute),
+}
+
+/// An attribute that is not read, of an element that is.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct UnreadAttribute {
+    /// The element.
+    pub element: String,
+    /// The attribute.
+    pub attribute: String,
+    /// Line of the first one.
+    pub line: usize,
+    /// Number of elements that have it.
+    pub places: usize,
 }
 
 impl UrdfNote {
@@ -82,6 +97,11 @@ impl fmt::Display for UrdfNote {
                 f,
                 "the axis of `{joint}` is {angle_rad:.1e} rad from parallel to the one before, and \
                 taken for parallel"
+            ),
+            Self::UnreadAttribute(UnreadAttribute { element, attribute, line, places }) => write!(
+                f,
+                "line {line}: `{attribute}` of <{element}> is not read ({places} in all); URDF \
+                does not have it, and its value has no effect"
             ),
         }
     }
