@@ -255,6 +255,54 @@ fn printed_quarter_turns_are_quarter_turns() {
     assert!(calibrated.to_toml(&links_alone(2)).contains("alpha_deg = 0.0\nd_m = 0.5\n"));
 }
 
+/// 3.14 is not half a turn. It is noted where axes are nearly parallel or perpendicular by it.
+#[test]
+fn quarter_turns_with_few_digits_are_noted() {
+    let notes = |angle: &str, axis: &str| {
+        let origin = format!("<origin xyz=\"0.5 0 0.1\" rpy=\"{angle} 0 0\"/>");
+        let text = two_links("", "").replace("<origin xyz=\"0.5 0 0\"/>", &origin);
+        let text = text.replace("<axis xyz=\"0 1 0\"/>", &format!("<axis xyz=\"{axis}\"/>"));
+        UrdfArm::read(&text, None, None).unwrap().notes().to_vec()
+    };
+    for (angle, axis, error) in
+        [("3.14", "0 0 1", 1.59e-3), ("-1.57", "0 0 1", 7.96e-4), ("3.14", "0 1 0", 1.59e-3)]
+    {
+        let notes = notes(angle, axis);
+        let [UrdfNote::RoughAngle { joint, text, angle_rad }] = &notes[..] else {
+            panic!("{notes:?}")
+        };
+        assert_eq!((joint.as_str(), text.as_str()), ("elbow", angle));
+        assert!((angle_rad / error - 1.0).abs() < 0.01, "{angle_rad}");
+    }
+    // Exact, calibrated, or without an effect on the angle between the axes.
+    for (angle, axis) in
+        [("3.141593", "0 0 1"), ("1.5702134", "0 0 1"), ("3.14", "1 0 0"), ("0.78", "0 0 1")]
+    {
+        assert_eq!(notes(angle, axis), []);
+    }
+}
+
+/// Offsets of CAD exports cancel to a rest of their last digits.
+#[test]
+fn offsets_that_cancel_are_zero() {
+    let toml = |rest: &str| {
+        let text = two_links("", "").replace("0.5 0 0", &format!("{rest} 0 0"));
+        let arm = UrdfArm::read(&text, None, None).unwrap();
+        (arm.to_toml(&UrdfDrives::with_assumed_drives(2)), arm.notes().to_vec())
+    };
+    let (exact, _) = toml("0");
+    let geometry = |toml: &str| toml.split("[nominal]").next().unwrap().to_owned();
+    for rest in ["1e-10", "-3e-8", "1e-7", "9e-7"] {
+        let (rounded, notes) = toml(rest);
+        assert_eq!(geometry(&rounded), geometry(&exact), "{rest}");
+        let [UrdfNote::ZeroLength { joint, length_m }] = &notes[..] else { panic!("{notes:?}") };
+        let expected: f64 = rest.parse().unwrap();
+        assert_eq!(joint, "elbow");
+        assert!((length_m.abs() / expected.abs() - 1.0).abs() < 1e-6, "{length_m}");
+    }
+    assert_eq!(toml("2e-6").1, []);
+}
+
 /// Version 1.1 of URDF has quaternions.
 #[test]
 fn a_quaternion_is_the_rotation_that_it_stands_for() {

@@ -27,6 +27,8 @@ pub(super) struct ChainAxis {
     pub(super) friction: Option<[f64; 2]>,
     /// Frame of the link that it moves, at q = 0.
     pub(super) pose: IsometryMatrix3<f64>,
+    /// Angle between it and the axis before that is printed with too few digits, if any.
+    pub(super) rough_angle: Option<String>,
     /// Links up to the next axis, first the link that it moves.
     pub(super) attached_links: Vec<AttachedLink>,
 }
@@ -115,11 +117,17 @@ impl UrdfFile {
             notes: self.notes.clone(),
         };
         self.collect_stand(base, &moving, &poses, &mut chain);
-        for &k in &moving {
+        let mut rough_angle = None;
+        for &k in &path_between {
             let joint = &self.joints[k];
+            rough_angle = joint.rough_angle.clone().or(rough_angle);
+            if !joint.is_moving() {
+                continue;
+            }
             // The axis is given in the joint's frame, which is that of its child at q = 0.
             let pose = poses[joint.child].unwrap_or_else(IsometryMatrix3::identity);
             let mut axis = axis_of(joint, &pose, &mut chain.notes)?;
+            axis.rough_angle = rough_angle.take();
             self.attach_fixed_links((joint.child, false), &moving, &poses, &mut axis, &mut chain);
             chain.axes.push(axis);
         }
@@ -342,6 +350,7 @@ fn axis_of(
         effort,
         friction: joint.friction,
         pose: *pose,
+        rough_angle: None,
         attached_links: Vec::new(),
     })
 }

@@ -1,5 +1,7 @@
 //! Elements of a URDF and their values.
 
+use core::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2};
+
 use nalgebra::{IsometryMatrix3, Quaternion, Rotation3, Translation3, UnitQuaternion, Vector3};
 use roxmltree::Node;
 
@@ -124,7 +126,7 @@ pub(super) fn three_numbers(
 
 /// Returns the exact quarter turn of a printed one: 1.5708 and 3.1416.
 fn quarter_turn(angle_rad: f64) -> f64 {
-    let quarter = core::f64::consts::FRAC_PI_2 * (angle_rad / core::f64::consts::FRAC_PI_2).round();
+    let quarter = FRAC_PI_2 * (angle_rad / FRAC_PI_2).round();
     if (angle_rad - quarter).abs() < UrdfLimits::DEFAULT.printed_angle_rad {
         quarter
     } else {
@@ -152,6 +154,21 @@ pub(super) fn parse_origin(node: Node<'_, '_>) -> Result<IsometryMatrix3<f64>, U
     Ok(IsometryMatrix3::from_parts(Translation3::from(place), rotation))
 }
 
+/// Returns an angle of the `<origin>` that is printed with too few digits to be a quarter turn, such
+/// as 3.14.
+pub(super) fn rough_quarter_turn(node: Node<'_, '_>) -> Option<String> {
+    let rpy = single_child(node, "origin").ok()??.attribute("rpy")?;
+    let is_rough = |text: &&str| {
+        let angle: f64 = text.parse().unwrap_or_default();
+        let decimals = text.split_once('.').map_or(0, |(_, decimals)| decimals.len());
+        let quarter = FRAC_PI_2 * (angle / FRAC_PI_2).round();
+        let range = UrdfLimits::DEFAULT.printed_angle_rad..UrdfLimits::DEFAULT.rough_angle_rad;
+        let is_close = quarter != 0.0 && range.contains(&(angle - quarter).abs());
+        is_close && decimals <= UrdfLimits::DEFAULT.rough_decimals
+    };
+    rpy.split_whitespace().find(is_rough).map(str::to_owned)
+}
+
 /// Returns the quaternion of an `<origin>`, if it has one. Printed quarter turns are exact ones.
 fn quaternion(origin: Node<'_, '_>) -> Result<Option<UnitQuaternion<f64>>, UrdfError> {
     let (attribute, expected) = ("quat_xyzw", "a quaternion of length 1");
@@ -162,7 +179,7 @@ fn quaternion(origin: Node<'_, '_>) -> Result<Option<UnitQuaternion<f64>>, UrdfE
         return Err(UrdfError::Number { text, attribute, expected, line: line(origin) });
     }
     let exact = |entry: f64| {
-        let sizes = [0.0, 0.5, core::f64::consts::FRAC_1_SQRT_2];
+        let sizes = [0.0, 0.5, FRAC_1_SQRT_2];
         let close = |size: &f64| (entry.abs() - size).abs() < UrdfLimits::DEFAULT.printed_angle_rad;
         sizes.into_iter().find(close).map_or(entry, |size| size.copysign(entry))
     };

@@ -8,7 +8,8 @@ use roxmltree::{Document, Error as XmlError, Node};
 
 use super::element::{
     child_elements, line, name_attribute, number_of, number_or_zero, parse_origin,
-    required_attribute, required_child, single_child, three_numbers, unread_attributes,
+    required_attribute, required_child, rough_quarter_turn, single_child, three_numbers,
+    unread_attributes,
 };
 use super::error::UrdfError;
 use super::limits::UrdfLimits;
@@ -95,6 +96,8 @@ pub(super) struct FileJoint {
     pub(super) child: usize,
     /// The joint's frame in that of its parent.
     pub(super) origin: IsometryMatrix3<f64>,
+    /// Angle of the origin that is printed with too few digits, if any.
+    pub(super) rough_angle: Option<String>,
     /// In the joint's frame, of length 1.
     pub(super) axis: Vector3<f64>,
     pub(super) limit: Option<FileLimit>,
@@ -390,6 +393,7 @@ fn joint(node: Node<'_, '_>, links: &[Link]) -> Result<FileJoint, UrdfError> {
     let mimics = part("mimic")?.map(|mimic| required_attribute(mimic, "joint").map(str::to_owned));
     Ok(FileJoint {
         origin: parse_origin(node)?,
+        rough_angle: rough_quarter_turn(node),
         mimicked_joint: mimics.transpose()?,
         name,
         line,

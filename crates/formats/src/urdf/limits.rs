@@ -18,6 +18,18 @@ pub(crate) struct UrdfLimits {
     /// Smallest rotation of an axis that is worth a note \[rad\]. Derived: printed numbers leave
     /// less.
     pub noted_angle_rad: f64,
+    /// Largest error of a quarter turn that is printed with few digits \[rad\]. Derived: 3.14 is
+    /// 1.6e-3 rad from half a turn, and 4.71 is 2.4e-3 rad from three quarters.
+    pub rough_angle_rad: f64,
+    /// Largest number of decimals of such an angle \[1\]. Convention: what a calibration prints has
+    /// more.
+    pub rough_decimals: usize,
+    /// Length below which two axes intersect, and an offset is zero \[m\]. Convention: below it no
+    /// part is made or measured. Offsets of 1e-10 m to 3e-7 m would make parameters that rounding
+    /// tells apart.
+    pub zero_length_m: f64,
+    /// Smallest length taken for zero that is worth a note \[m\]. Derived: rounding leaves less.
+    pub noted_length_m: f64,
     /// Assumed range of a continuous joint either way \[rad\]. Convention: a hundred turns.
     pub continuous_range_rad: f64,
 }
@@ -30,6 +42,10 @@ impl UrdfLimits {
         quaternion_length: 1e-3,
         parallel_sine: 1e-3,
         noted_angle_rad: 1e-10,
+        rough_angle_rad: 3e-3,
+        rough_decimals: 4,
+        zero_length_m: 1e-6,
+        noted_length_m: 1e-12,
         continuous_range_rad: 100.0 * core::f64::consts::TAU,
     };
 }

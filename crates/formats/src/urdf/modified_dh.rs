@@ -9,9 +9,7 @@ use super::file::Body;
 use super::limits::UrdfLimits;
 use super::note::UrdfNote;
 
-/// Distance below which two axes intersect \[m\].
-const INTERSECTION_DISTANCE_M: f64 = 1e-9;
-/// Rounding error of an angle or a length.
+/// Rounding error of an angle.
 const ROUNDING: f64 = 1e-14;
 
 /// A joint in modified Denavit–Hartenberg parameters.
@@ -104,19 +102,17 @@ pub(super) fn place_frames(axes: &[ChainAxis], notes: &mut Vec<UrdfNote>) -> Vec
         };
         let alpha = from.z.cross(&z).dot(&from.x).atan2(from.z.dot(&z));
         let theta = before.cross(&x).dot(&z).atan2(before.dot(&x));
-        let joint = PlacedJoint {
-            alpha_deg: clean_degrees(alpha),
-            d_m: clean_length((foot - from.origin).dot(&from.x)),
-            theta_deg: clean_degrees(theta),
-            r_m: clean_length((origin - foot).dot(&z)),
-            frame,
-        };
+        let offsets = [(foot - from.origin).dot(&from.x), (origin - foot).dot(&z)];
+        let [d_m, r_m] = offsets.map(|length_m| clean_length(length_m, &axis.name, notes));
+        let (alpha_deg, theta_deg) = (clean_degrees(alpha), clean_degrees(theta));
+        let joint = PlacedJoint { alpha_deg, d_m, theta_deg, r_m, frame };
         placed.push(joint);
     }
     placed
 }
 
-/// Makes each axis parallel to the previous one where it nearly is.
+/// Makes each axis parallel to the previous one where it nearly is, and notes angles with too few
+/// digits.
 fn align_parallel_axes(mut axes: Vec<ChainAxis>, notes: &mut Vec<UrdfNote>) -> Vec<ChainAxis> {
     for k in 1..axes.len() {
         let before = axes[k - 1].direction;
@@ -127,6 +123,13 @@ fn align_parallel_axes(mut axes: Vec<ChainAxis>, notes: &mut Vec<UrdfNote>) -> V
                 notes.push(UrdfNote::NearlyParallel { joint, angle_rad: sine });
             }
             axes[k].direction = before * before.dot(&axes[k].direction).signum();
+        }
+        let from_right = before.dot(&axes[k].direction).abs();
+        let angle_rad = [sine, from_right].into_iter().fold(f64::INFINITY, f64::min);
+        let is_near = (UrdfLimits::DEFAULT.noted_angle_rad..UrdfLimits::DEFAULT.rough_angle_rad)
+            .contains(&angle_rad);
+        if let (true, Some(text)) = (is_near, axes[k].rough_angle.take()) {
+            notes.push(UrdfNote::RoughAngle { joint: axes[k].name.clone(), text, angle_rad });
         }
     }
     axes
@@ -165,7 +168,11 @@ fn common_normal(
     let offset = next.point_on_axis - foot;
     if sine < UrdfLimits::DEFAULT.parallel_sine {
         let across = offset - z * offset.dot(&z);
-        let x = if across.norm() > INTERSECTION_DISTANCE_M { across.normalize() } else { before };
+        let x = if across.norm() > UrdfLimits::DEFAULT.zero_length_m {
+            across.normalize()
+        } else {
+            before
+        };
         return (foot, (x - z * x.dot(&z)).normalize());
     }
     let x = cross / sine;
@@ -174,8 +181,11 @@ fn common_normal(
     let origin = foot + z * along;
     let d = offset.dot(&x);
     // The normal points away from this axis. If the axes intersect, the smaller rotation is chosen.
-    let backwards =
-        if d.abs() > INTERSECTION_DISTANCE_M { d < 0.0 } else { x.dot(&before) < -ROUNDING };
+    let backwards = if d.abs() > UrdfLimits::DEFAULT.zero_length_m {
+        d < 0.0
+    } else {
+        x.dot(&before) < -ROUNDING
+    };
     (origin, if backwards { -x } else { x })
 }
 
@@ -187,7 +197,7 @@ fn normal_to(z: &Vector3<f64>) -> Vector3<f64> {
     if x.norm() > 0.1 { x.normalize() } else { projected(Vector3::y()).normalize() }
 }
 
-/// Removes rounding errors from quarter turns and zero lengths.
+/// Removes rounding errors from quarter turns.
 fn clean_degrees(angle_rad: f64) -> f64 {
     let quarters = (angle_rad / core::f64::consts::FRAC_PI_2).round();
     if (angle_rad - quarters * core::f64::consts::FRAC_PI_2).abs() < ROUNDING {
@@ -196,6 +206,13 @@ fn clean_degrees(angle_rad: f64) -> f64 {
     angle_rad.to_degrees()
 }
 
-fn clean_length(length_m: f64) -> f64 {
-    if length_m.abs() < ROUNDING { 0.0 } else { length_m }
+/// Returns 0 for an offset that is too small for a part of a robot, with a note.
+fn clean_length(length_m: f64, joint: &str, notes: &mut Vec<UrdfNote>) -> f64 {
+    if length_m.abs() >= UrdfLimits::DEFAULT.zero_length_m {
+        return length_m;
+    }
+    if length_m.abs() > UrdfLimits::DEFAULT.noted_length_m {
+        notes.push(UrdfNote::ZeroLength { joint: joint.to_owned(), length_m });
+    }
+    0.0
 }

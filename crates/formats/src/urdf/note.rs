@@ -41,6 +41,23 @@ pub enum UrdfNote {
         /// The angle between them.
         angle_rad: f64,
     },
+    /// An angle that is printed with too few digits leaves two axes nearly parallel or
+    /// perpendicular.
+    RoughAngle {
+        /// The joint after the other.
+        joint: String,
+        /// The angle in the file.
+        text: String,
+        /// Angle from parallel or perpendicular.
+        angle_rad: f64,
+    },
+    /// An offset between two joints that is taken for zero.
+    ZeroLength {
+        /// The joint after the other.
+        joint: String,
+        /// The offset.
+        length_m: f64,
+    },
     /// Attributes that are not read.
     UnreadAttribute(UnreadAttribute),
 }
@@ -98,6 +115,15 @@ impl fmt::Display for UrdfNote {
                 "the axis of `{joint}` is {angle_rad:.1e} rad from parallel to the one before, and \
                 taken for parallel"
             ),
+            Self::RoughAngle { joint, text, angle_rad } => write!(
+                f,
+                "`{text}` in the <origin> of `{joint}` leaves its axis {angle_rad:.1e} rad from \
+                parallel or perpendicular to the one before; give quarter turns with six decimals \
+                (1.570796, 3.141593)"
+            ),
+            Self::ZeroLength { joint, length_m } => {
+                write!(f, "offsets of `{joint}` cancel to {length_m:.1e} m, which is taken for 0")
+            }
             Self::UnreadAttribute(UnreadAttribute { element, attribute, line, places }) => write!(
                 f,
                 "line {line}: `{attribute}` of <{element}> is not read ({places} in all); URDF \
