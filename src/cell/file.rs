@@ -121,8 +121,8 @@ pub struct UrdfSection {
     #[serde(default)]
     pub tip: Option<String>,
     /// Properties of single joints, by their names in the URDF: `drive_inertia`, `friction`,
-    /// `known_torque` and the largest acceleration and jerk, with the keys of a joint in a robot
-    /// file.
+    /// `known_torque`, the limits that replace those of the URDF, and the largest acceleration and
+    /// jerk, with the keys of a joint in a robot file.
     #[serde(default)]
     #[schemars(with = "BTreeMap<String, FreeTable>")]
     pub joints: BTreeMap<String, toml::Table>,

@@ -137,8 +137,17 @@ fn is_urdf(file: &Path, text: &str) -> bool {
         || text.trim_start().starts_with('<')
 }
 
-/// Keys of a joint in a robot file that a URDF does not contain.
-const ROBOT_FILE_REMEDY: [&str; 7] = [
+/// Keys of a joint in a robot file that a URDF does not contain, or whose values are often wrong
+/// there.
+const ROBOT_FILE_REMEDY: [&str; 15] = [
+    "position_min_deg",
+    "position_max_deg",
+    "velocity_max_rad_s",
+    "torque_max_nm",
+    "position_min_m",
+    "position_max_m",
+    "velocity_max_m_s",
+    "force_max_n",
     "drive_inertia",
     "friction",
     "known_torque",
@@ -179,8 +188,7 @@ fn drives(arm: &UrdfArm, section: &UrdfSection) -> Result<UrdfDrives, Wrong> {
         }
         if let Some(key) = own.keys().find(|key| !ROBOT_FILE_REMEDY.contains(&key.as_str())) {
             let problem = format!(
-                "is not for a joint of a URDF, which has its geometry and its <limit>; here it may \
-                have {}",
+                "is not for a joint of a URDF, which has its geometry; here it may have {}",
                 ROBOT_FILE_REMEDY.join(" ")
             );
             return wrong(&format!("joints.{joint}.{key}"), problem);

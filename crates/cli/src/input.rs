@@ -14,13 +14,31 @@ use super::progress::WorkIndicator;
 use super::stream::InputFileOrStream;
 use didim::analysis::read_log;
 use didim::analysis::screening::{LIMITS_REMEDY, check_limits, open_limits, still_joints};
-use didim::cell::{Cell, SignalSource};
+use didim::cell::{Cell, Library, RobotSource, SignalSource, UrdfSection};
 use didim::live::recording::is_mcap;
 use didim::report::html::SampleRange;
 use didim::window::DriveReadings;
 use didim_formats::{
     Measurement, Piece, Record, RecordingStart, TimeLimits, is_parquet, read_bag, read_table,
 };
+
+/// Reads a robot file, or a URDF with the ends of its arm.
+pub(super) fn read_robot(
+    file: &Path,
+    base: Option<&String>,
+    tip: Option<&String>,
+) -> Result<RobotSource, CliError> {
+    let text = Library::Files.read(file).map_err(CliError::from_configuration)?;
+    let ends = UrdfSection { base: base.cloned(), tip: tip.cloned(), ..UrdfSection::default() };
+    let source =
+        RobotSource::read(file, text, Some(&ends)).map_err(CliError::from_configuration)?;
+    if source.urdf.is_none() && (base.is_some() || tip.is_some()) {
+        let explanation =
+            "--base and --tip are links of a URDF, and this is a robot file; leave them out";
+        return Err(CliError::Usage(explanation.to_owned()));
+    }
+    Ok(source)
+}
 
 /// Selection of the samples of a file that count.
 #[derive(Debug, Default, Args)]

@@ -129,8 +129,13 @@ fn a_new_urdf_has_the_torques_of_the_robot() {
         for (own, other) in robot.limits().zip(read.limits()) {
             // Degrees in a robot file.
             assert!((own.position_max - other.position_max).abs() < 1e-12, "{}", robot.name());
-            let limits = |of: &didim_dynamics::robot::Limits| (of.velocity_max, of.torque_max);
-            assert_eq!(limits(own), limits(other), "{}", robot.name());
+            assert_eq!(own.velocity_max, other.velocity_max, "{}", robot.name());
+            // With these random masses an effort can be less than the weight.
+            let is_placeholder =
+                |note: &UrdfNote| matches!(note, UrdfNote::PlaceholderEffort { .. });
+            if other.torque_max.is_some() || !arm.notes().iter().any(is_placeholder) {
+                assert_eq!(own.torque_max, other.torque_max, "{}", robot.name());
+            }
         }
         files += 1;
     }

@@ -157,7 +157,7 @@ fn what_is_no_arm_is_refused_with_what_to_do() {
         (two_links(&link("other"), ""), "no joint leads to any of the links base other"),
         (
             two_links(&format!("{}{}", link("finger"), moving("f", "upper", "finger")), ""),
-            "could end at any of the links lower finger; say which is the `tip`",
+            "could end at any of the links upper (before the fork of a gripper) lower finger; name",
         ),
         (
             two_links(&format!("{}{}", link("cart"), joint("x", "floating", "lower", "cart")), ""),
@@ -392,6 +392,67 @@ fn a_limit_of_0_is_open() {
         let limits: Vec<_> = robot.limits().map(|of| (of.velocity_max, of.torque_max)).collect();
         assert_eq!(limits, [(Some(2.0), None); 2]);
     }
+}
+
+/// The fingers of a gripper are no ends of an arm if one follows the other.
+#[test]
+fn an_arm_can_end_before_the_fork_of_a_gripper() {
+    let finger = |name: &str, inside: &str| {
+        format!(
+            "<link name=\"{name}\"/><joint name=\"to_{name}\" type=\"prismatic\"><parent \
+             link=\"flange\"/><child link=\"{name}\"/><limit lower=\"0\" upper=\"0.04\" \
+             velocity=\"1\" effort=\"9\"/>{inside}</joint>"
+        )
+    };
+    let flange = "<link name=\"flange\"/><joint name=\"bolt\" type=\"fixed\"><parent \
+        link=\"lower\"/><child link=\"flange\"/></joint>";
+    let follower = finger("right", "<mimic joint=\"to_left\"/>");
+    let text = two_links(&format!("{flange}{}{follower}", finger("left", "")), "");
+    let error = UrdfArm::read(&text, None, None).unwrap_err();
+    let UrdfError::Tips { forks, tips } = error else { panic!("{error}") };
+    assert_eq!((forks.as_str(), tips.as_str()), ("flange", "left"));
+    let arm = UrdfArm::read(&text, None, Some(&forks)).unwrap();
+    assert_eq!((arm.joints(), arm.base_and_tip()), (2, ["base", "flange"]));
+}
+
+/// Exporters write one effort for all joints. If it does not hold the arm, it is no limit.
+#[test]
+fn an_effort_below_the_weight_is_a_placeholder() {
+    // The elbow carries 1 kg at 0.5 m, and its axis is level.
+    let weight = 0.5 * 9.81;
+    for (effort, is_limit) in [(weight * 1.01, true), (weight * 0.97, false)] {
+        let text = two_links("", "").replace(
+            "<link name=\"lower\"><inertial>",
+            "<link name=\"lower\"><inertial><origin xyz=\"0.5 0 0\"/>",
+        );
+        let text = text.replace("effort=\"50\"", &format!("effort=\"{effort}\""));
+        let arm = UrdfArm::read(&text, None, None).unwrap();
+        let robot = Robot::from_toml(&arm.to_toml(&links_alone(2))).unwrap();
+        let efforts: Vec<_> = robot.limits().map(|limits| limits.torque_max).collect();
+        assert_eq!(efforts, [is_limit.then_some(effort); 2], "{effort}");
+        let noted = arm.notes().iter().filter_map(|note| match note {
+            UrdfNote::PlaceholderEffort { gravity, .. } => Some(*gravity),
+            _ => None,
+        });
+        let noted: Vec<f64> = noted.collect();
+        assert_eq!(noted.len(), usize::from(!is_limit));
+        assert!(noted.iter().all(|gravity| (gravity / weight - 1.0).abs() < 0.01), "{noted:?}");
+    }
+}
+
+/// What a cell configures replaces a limit of the file.
+#[test]
+fn a_configured_limit_replaces_that_of_the_file() {
+    let configured = [("torque_max_nm", "80.0"), ("position_max_deg", "90.0")];
+    let own = configured.map(|(key, value)| (key.to_owned(), value.to_owned()));
+    let joints = BTreeMap::from([("elbow".to_owned(), BTreeMap::from(own))]);
+    let drives = UrdfDrives { joints, ..links_alone(2) };
+    let arm = UrdfArm::read(&two_links("", ""), None, None).unwrap();
+    let robot = Robot::from_toml(&arm.to_toml(&drives)).unwrap();
+    let limits: Vec<_> =
+        robot.limits().map(|of| (of.torque_max, of.position_max, of.velocity_max)).collect();
+    let quarter = core::f64::consts::FRAC_PI_2;
+    assert_eq!(limits, [(Some(50.0), 1.0, Some(2.0)), (Some(80.0), quarter, Some(2.0))]);
 }
 
 /// Names are text, and nothing of them gets into the robot file but that.

@@ -14,12 +14,12 @@ use didim_identification::identification::KnownLoad;
 use indicatif::ProgressBar;
 
 use crate::CliError;
-use crate::input::{parse_numbers, parse_point, parse_positive};
+use crate::input::{parse_numbers, parse_point, parse_positive, read_robot};
 use crate::notes::print_note;
 use crate::output::{check_outputs, print, write_text};
 use crate::progress::style_bar;
 use didim::analysis::{Assignment, OTHER_CONFIGURATION, RequestedDesign, StoredModel};
-use didim::cell::{Cell, CellError, Library, RobotSource, joint_names};
+use didim::cell::{Cell, CellError, joint_names};
 use didim::report::{
     CheckedMotion, conditions_text, design_header, design_text, html, load_lines, prediction_lines,
     sweep_lines, sweep_text,
@@ -35,6 +35,12 @@ pub(crate) struct Arguments {
     /// The arm: a robot file, or a URDF
     #[arg(long, value_name = "FILE")]
     robot: Option<PathBuf>,
+    /// The base link of the arm in a URDF
+    #[arg(long, value_name = "LINK", requires = "robot")]
+    base: Option<String>,
+    /// The last link of the arm in a URDF
+    #[arg(long, value_name = "LINK", requires = "robot")]
+    tip: Option<String>,
     /// The cell file: its robot, and the parameters that it identifies
     #[arg(long, value_name = "FILE")]
     cell: Option<PathBuf>,
@@ -356,8 +362,7 @@ impl Arguments {
                 "--result goes with the --cell that it was identified with, not with --robot";
             return Err(CliError::Usage(explanation.to_owned()));
         }
-        let text = Library::Files.read(file).map_err(CliError::from_configuration)?;
-        let source = RobotSource::read(file, text, None).map_err(CliError::from_configuration)?;
+        let source = read_robot(file, self.base.as_ref(), self.tip.as_ref())?;
         let robot = &source.robot;
         let base = BaseParameters::compute(&Model::new(robot)).map_err(|error| {
             let file = file.to_path_buf();

@@ -6,9 +6,10 @@ use clap::Args;
 use didim_dynamics::dynamics::{BaseParameters, Model};
 
 use crate::CliError;
+use crate::input::read_robot;
 use crate::output::{check_outputs, print, write_text};
 use crate::terminal::print_for_terminal;
-use didim::cell::{CellError, Library, RobotSource, UrdfSection};
+use didim::cell::CellError;
 use didim::report::robot::{picture, robot_description};
 
 #[derive(Debug, Args)]
@@ -33,15 +34,7 @@ pub(crate) struct Arguments {
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let Arguments { file, base, tip, toml, picture: to } = arguments;
     check_outputs(to, &[file])?;
-    let text = Library::Files.read(file).map_err(CliError::from_configuration)?;
-    let ends = UrdfSection { base: base.clone(), tip: tip.clone(), ..UrdfSection::default() };
-    let source =
-        RobotSource::read(file, text, Some(&ends)).map_err(CliError::from_configuration)?;
-    if source.urdf.is_none() && (base.is_some() || tip.is_some()) {
-        let explanation =
-            "--base and --tip are links of a URDF, and this is a robot file; leave them out";
-        return Err(CliError::Usage(explanation.to_owned()));
-    }
+    let source = read_robot(file, base.as_ref(), tip.as_ref())?;
     if let Some(to) = to {
         let names: Vec<&str> = source.joint_names().collect();
         write_text(to, &picture(&source.robot, &names))?;

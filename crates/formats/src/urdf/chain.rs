@@ -7,6 +7,7 @@ use super::error::UrdfError;
 use super::file::{Body, CollisionCapsule, FileJoint, Inertial, JointType, Link, UrdfFile};
 use super::limits::UrdfLimits;
 use super::note::UrdfNote;
+use super::static_gravity::unset_placeholders;
 
 /// A driven joint of the chain, in the frame of the base at q = 0.
 #[derive(Clone, Debug, PartialEq)]
@@ -130,6 +131,9 @@ impl UrdfFile {
             axis.rough_angle = rough_angle.take();
             self.attach_fixed_links((joint.child, false), &moving, &poses, &mut axis, &mut chain);
             chain.axes.push(axis);
+        }
+        if chain.has_bodies {
+            unset_placeholders(&mut chain);
         }
         Ok(chain)
     }
@@ -277,11 +281,40 @@ impl UrdfFile {
                 leaves.iter().all(|(_, other)| other == route || !other.starts_with(route))
             };
             let ends = leaves.iter().filter(|(_, route)| is_end(route)).map(|(leaf, _)| *leaf);
-            return Err(UrdfError::Tips { tips: self.names(&ends.collect::<Vec<_>>()) });
+            return Err(self.several_tips(base, &ends.collect::<Vec<_>>()));
         }
         // If the last link has several frames, the first in the file counts.
         let mut on_the_last = leaves.iter().filter(|(_, route)| route == chain);
         Ok(on_the_last.next().map_or(base, |(leaf, _)| *leaf))
+    }
+
+    /// Returns the error on several ends: the links before their forks, as before the fingers of a
+    /// gripper, and the ends to which driven joints lead.
+    fn several_tips(&self, base: usize, ends: &[usize]) -> UrdfError {
+        let route = |link: usize| self.route(base, link).unwrap_or_default();
+        let routes: Vec<Vec<usize>> = ends.iter().map(|end| route(*end)).collect();
+        let shared = |one: &Vec<usize>, other: &Vec<usize>| {
+            one.iter().zip(other).take_while(|(one, other)| one == other).count()
+        };
+        let mut forks: Vec<usize> = Vec::new();
+        for (k, own) in routes.iter().enumerate() {
+            let others = routes.iter().enumerate().filter(|(other, _)| *other != k);
+            let length = others.map(|(_, other)| shared(own, other)).max().unwrap_or(0);
+            let common = own.get(..length).unwrap_or_default();
+            let fork = common.last().map_or(base, |joint| self.joints[*joint].child);
+            let has_drive = common.iter().any(|joint| self.joints[*joint].is_moving());
+            if has_drive && !forks.contains(&fork) {
+                forks.push(fork);
+            }
+        }
+        let is_driven = |end: &&usize| {
+            route(**end).iter().all(|joint| {
+                let FileJoint { kind, mimicked_joint, .. } = &self.joints[*joint];
+                mimicked_joint.is_none() && !matches!(kind, JointType::Floating | JointType::Planar)
+            })
+        };
+        let ends: Vec<usize> = ends.iter().filter(is_driven).copied().collect();
+        UrdfError::Tips { forks: self.names(&forks), tips: self.names(&ends) }
     }
 
     /// Returns the frame of each link below the base in that of the base, all joints at 0.

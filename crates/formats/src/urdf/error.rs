@@ -126,15 +126,24 @@ pub enum UrdfError {
         available: String,
     },
     /// Several links to which no joint leads.
-    #[error("no joint leads to any of the links {roots}; say which is the `base`")]
+    #[error(
+        "no joint leads to any of the links {roots}; name the base with --base, or with `base` in \
+        [urdf] of the cell"
+    )]
     Bases {
         /// Their names.
         roots: String,
     },
     /// Several ends of moving chains.
-    #[error("the arm could end at any of the links {tips}; say which is the `tip`")]
+    #[error(
+        "the arm could end at any of the links {}; name one with --tip, or with `tip` in [urdf] of \
+        the cell",
+        offered(forks, tips)
+    )]
     Tips {
-        /// Their names.
+        /// Names of the links before a fork.
+        forks: String,
+        /// Names of the ends.
         tips: String,
     },
     /// No chain leads from the base to the tip.
@@ -213,4 +222,12 @@ pub enum UrdfError {
         /// The link.
         link: String,
     },
+}
+
+/// Lists the links at which an arm could end.
+fn offered(forks: &str, tips: &str) -> String {
+    match forks {
+        "" => tips.to_owned(),
+        forks => format!("{forks} (before the fork of a gripper) {tips}").trim_end().to_owned(),
+    }
 }

@@ -8,6 +8,7 @@ mod file;
 mod limits;
 mod modified_dh;
 mod note;
+mod static_gravity;
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -188,9 +189,11 @@ impl UrdfArm {
             writeln!(out, "theta_deg = {:?}", placed.theta_deg)?;
             writeln!(out, "r_m = {:?}", placed.r_m)?;
             let drive = drives.joints.get(&axis.name);
-            if drive.is_none_or(|own| !own.contains_key("drive_inertia")) {
-                writeln!(out, "drive_inertia = {}", drives.drive_inertia)?;
-            }
+            let mut write_unless_configured = |key: String, value: String| match drive {
+                Some(own) if own.contains_key(&key) => Ok(()),
+                _ => writeln!(out, "{key} = {value}"),
+            };
+            write_unless_configured("drive_inertia".into(), drives.drive_inertia.to_string())?;
             let ([low, high], position, velocity, effort) = match prismatic {
                 true => (axis.position, "m", "velocity_max_m_s", "force_max_n"),
                 false => (
@@ -200,13 +203,15 @@ impl UrdfArm {
                     "torque_max_nm",
                 ),
             };
-            writeln!(out, "position_min_{position} = {low:?}")?;
-            writeln!(out, "position_max_{position} = {high:?}")?;
+            for (end, limit) in [("min", low), ("max", high)] {
+                write_unless_configured(
+                    format!("position_{end}_{position}"),
+                    format!("{limit:?}"),
+                )?;
+            }
             for (key, limit) in [(velocity, axis.velocity), (effort, axis.effort)] {
-                match limit {
-                    Some(most) => writeln!(out, "{key} = {most:?}")?,
-                    None => writeln!(out, "{key} = \"unknown\"")?,
-                }
+                let limit = limit.map_or("\"unknown\"".to_owned(), |most| format!("{most:?}"));
+                write_unless_configured(key.to_owned(), limit)?;
             }
             let capsules: Vec<CollisionCapsule> =
                 axis.attached_links.iter().flat_map(|of| &of.capsules).copied().collect();

@@ -29,6 +29,15 @@ pub enum UrdfNote {
         /// The attribute.
         what: &'static str,
     },
+    /// A limit of the torque or force below the weight of the file's own bodies. It remains unknown.
+    PlaceholderEffort {
+        /// The joints with this limit.
+        joints: String,
+        /// The limit \[N·m or N\].
+        effort: f64,
+        /// Static torque or force that this value does not hold \[N·m or N\].
+        gravity: f64,
+    },
     /// A joint without an end.
     Continuous {
         /// The joint.
@@ -103,6 +112,12 @@ impl fmt::Display for UrdfNote {
                     needs it says so"
                 )
             }
+            Self::PlaceholderEffort { joints, effort, gravity } => write!(
+                f,
+                "the effort {effort} in the <limit> of {joints} is taken for a placeholder: with the \
+                file's own masses gravity reaches {gravity:.1}. The limit is unknown; give it in \
+                [urdf.joints] of the cell"
+            ),
             Self::Continuous { joint } => {
                 write!(
                     f,
