@@ -67,7 +67,7 @@ class Recordings(unittest.TestCase):
         cls.addClassCleanup(temporary.cleanup)
         cls.folder = pathlib.Path(temporary.name)
         # As tests/run builds it: of one package, or without the feature, much is built anew.
-        cargo = ["cargo", "test", "--quiet", "--workspace", "--features", "parquet,tls", "--locked", "--test", "tests"]
+        cargo = ["cargo", "test", "--quiet", "--workspace", "--features", "parquet,sqlite,tls", "--locked", "--test", "tests"]
         cargo += ["--", "--ignored", WRITE]
         subprocess.run(cargo, cwd=ROOT, check=True, env=os.environ | {"DIDIM_RECORDINGS": cls.folder}, stdout=subprocess.DEVNULL)
 

@@ -19,7 +19,8 @@ use didim::live::recording::is_mcap;
 use didim::report::html::SampleRange;
 use didim::window::DriveReadings;
 use didim_formats::{
-    Measurement, Piece, Record, RecordingStart, TimeLimits, is_parquet, read_bag, read_table,
+    Measurement, Piece, Record, RecordingStart, TimeLimits, is_parquet, is_sqlite, read_bag,
+    read_table,
 };
 
 /// Reads a robot file, or a URDF with the ends of its arm.
@@ -225,7 +226,7 @@ pub(super) fn parse_point(text: &str) -> Result<[f64; 3], String> {
 /// Reads an input file. The first bytes of a stream identify its format. The format of a file is:
 ///
 /// - A name that ends in `.csv` or `.csv.gz`, or a Parquet file: a table.
-/// - A folder or an MCAP file: a ROS 2 bag, if the cell asks for one.
+/// - A folder, an MCAP or SQLite file: a ROS 2 bag, if the cell asks for one.
 /// - Anything else: a log (candump, ASC, TRC), an MCAP recording or an EtherCAT capture. Without a
 ///   bus it may also be a table.
 pub(super) fn read_input(
@@ -241,7 +242,8 @@ pub(super) fn signal_source(input: &InputFileOrStream, cell: &Cell) -> SignalSou
     let path = input.path();
     let is =
         |extension: &str| path.extension().is_some_and(|own| own.eq_ignore_ascii_case(extension));
-    let is_bag = path.is_dir() || is("mcap") || is("db3") || (input.is_stream() && is_mcap(path));
+    let is_mcap_bag = is("mcap") || (input.is_stream() && is_mcap(path));
+    let is_bag = path.is_dir() || is_mcap_bag || is("db3") || is_sqlite(path);
     if cell.bag.is_some() && is_bag {
         return SignalSource::Bag;
     }

@@ -36,6 +36,7 @@ mod result_schema;
 mod results;
 mod settings;
 mod seven_axes;
+mod sqlite_bag;
 mod stored;
 mod urdf;
 mod vcan;

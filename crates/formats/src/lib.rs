@@ -82,7 +82,7 @@ mod uniform;
 mod urdf;
 mod xml;
 
-pub use bag::{BagContents, BagError, BagSpec, BagTime, BagTopic, list_bag, read_bag};
+pub use bag::{BagContents, BagError, BagSpec, BagTime, BagTopic, is_sqlite, list_bag, read_bag};
 pub use capacity::Capacity;
 pub use code::{CodeError, CodeModel, to_c, to_rust};
 pub use columns::{

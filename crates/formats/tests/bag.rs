@@ -96,7 +96,7 @@ fn what_is_wrong_with_a_bag_is_said() {
     assert!(text.contains("samples a second, and 50 are stated"), "{text}");
     let folder = tempfile::tempdir().unwrap();
     let path_of = |name: &str| folder.path().join(name);
-    assert!(said(folder.path(), &abc).contains("there is no .mcap file in it"));
+    assert!(said(folder.path(), &abc).contains("there is no .mcap or .db3 file in it"));
     // A split bag is read whole, and not without one of its files.
     fs::copy(&bag, path_of("drive_0.mcap")).unwrap();
     assert_eq!(read_bag(folder.path(), &abc).unwrap().segments[0].measurement.samples(), 150);
@@ -109,7 +109,7 @@ fn what_is_wrong_with_a_bag_is_said() {
         "{}",
         said(folder.path(), &abc)
     );
-    fs::write(path_of("drive_1.db3"), b"SQLite").unwrap();
+    fs::write(path_of("drive_1.mcap"), b"SQLite format 3\0").unwrap();
     assert!(said(folder.path(), &abc).contains("`ros2 bag convert`"));
     assert!(said(&path_of("drive.mcap"), &abc).contains("check the path"));
     // Whatever is cut off or damaged is read or refused in words, compressed or not. A recorder

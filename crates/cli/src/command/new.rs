@@ -13,6 +13,7 @@ use crate::output::{check_place, print, write_text};
 use didim::cell::{Cell, CellError};
 use didim::live::recording::is_mcap;
 use didim::proposal::{Answers, Entry, Evidence, Proposal, Sources, ValueOrigin, propose};
+use didim_formats::is_sqlite;
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
@@ -32,7 +33,7 @@ pub(crate) struct Arguments {
     /// the bus
     #[arg(long, value_name = "FILE", required_unless_present_any = ["bag", "dbc", "eds"])]
     log: Option<PathBuf>,
-    /// A ROS 2 bag of the arm in motion: an MCAP file, or the folder of a split bag
+    /// A ROS 2 bag of the arm in motion: a file (MCAP, SQLite), or the folder of a bag
     #[arg(long, value_name = "FILE", conflicts_with = "log")]
     bag: Option<PathBuf>,
     /// The DBC file of the drives' bus
@@ -60,7 +61,8 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let input = log.as_ref().or(bag.as_ref());
     let (robot, base, tip) = (robot.clone(), base.clone(), tip.clone());
     let is_bus = dbc.is_some() || !eds.is_empty();
-    let is_bag = log.as_ref().is_some_and(|log| !is_bus && (log.is_dir() || is_mcap(log)));
+    let is_bag =
+        log.as_ref().is_some_and(|log| !is_bus && (log.is_dir() || is_mcap(log) || is_sqlite(log)));
     if is_bag {
         let explanation = "--log is a table, and this is a bag; name it with --bag, or the bus \
             with --dbc or --eds";

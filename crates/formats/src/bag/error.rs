@@ -16,9 +16,9 @@ pub enum BagError {
         /// Error of the system.
         source: std::io::Error,
     },
-    /// Not MCAP, damaged or too long a record. Record or convert it again.
+    /// Neither MCAP nor SQLite, damaged or too long a record. Record or convert it again.
     #[error(
-        "{}: {problem}; is it an MCAP file, and whole? `ros2 bag convert` writes others anew",
+        "{}: {problem}; is it a bag, and whole? `ros2 bag convert` writes others anew",
         file.display()
     )]
     Format {
@@ -27,9 +27,11 @@ pub enum BagError {
         /// Error of the reader.
         problem: String,
     },
-    /// The bag uses the SQLite storage of ROS 2.
+    /// A bag in SQLite, and a build without the feature `sqlite`: take the package, or build with
+    /// it.
     #[error(
-        "{}: a bag in SQLite; write it anew with `ros2 bag convert` to the storage mcap",
+        "{}: a bag in SQLite; the Debian package reads it, and so can a build with `cargo build \
+        --release --features sqlite`; or write it anew with `ros2 bag convert` to the storage mcap",
         file.display()
     )]
     Sqlite {
@@ -37,7 +39,7 @@ pub enum BagError {
         file: PathBuf,
     },
     /// A folder without a bag.
-    #[error("{}: there is no .mcap file in it; give a bag", folder.display())]
+    #[error("{}: there is no .mcap or .db3 file in it; give a bag", folder.display())]
     NoFile {
         /// The folder.
         folder: PathBuf,

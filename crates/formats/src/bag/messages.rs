@@ -2,13 +2,23 @@
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::BufReader;
+use std::io::{BufReader, Read as _};
 use std::path::{Path, PathBuf};
 
 use super::error::BagError;
 use super::mcap::{self, McapFault, McapRecord};
 
 pub(super) const JOINT_STATE: &str = "sensor_msgs/msg/JointState";
+
+/// The first bytes of a bag in SQLite.
+const SQLITE_MAGIC: [u8; 16] = *b"SQLite format 3\0";
+
+/// Returns true if a file is an SQLite database, whose only use here is a bag.
+pub fn is_sqlite(path: &Path) -> bool {
+    let mut magic = [0; SQLITE_MAGIC.len()];
+    let read = File::open(path).and_then(|mut file| file.read_exact(&mut magic));
+    read.is_ok() && magic == SQLITE_MAGIC
+}
 
 /// Returns the files of a bag: one, or those in its folder by their numbers (`drive_0.mcap`,
 /// `drive_1.mcap`).
@@ -25,13 +35,10 @@ pub(super) fn files(path: &Path) -> Result<Vec<PathBuf>, BagError> {
             .collect::<Result<_, _>>()
             .map_err(io)?;
     }
-    if let Some(file) = files.iter().find(|file| is(file, "db3")) {
-        return Err(BagError::Sqlite { file: file.clone() });
-    }
     if !path.is_dir() {
         return Ok(files);
     }
-    files.retain(|file| is(file, "mcap"));
+    files.retain(|file| is(file, "mcap") || is(file, "db3"));
     let number = |file: &PathBuf| -> Option<u64> {
         file.file_stem()?.to_str()?.rsplit_once('_')?.1.parse().ok()
     };
@@ -66,8 +73,11 @@ pub(super) fn for_each_message(
     path: &Path,
     take: &mut impl FnMut(Message<'_>) -> Result<(), ReadingEnd>,
 ) -> Result<(), BagError> {
-    let file = File::open(path);
-    let file = file.map_err(|source| BagError::Io { file: path.to_path_buf(), source })?;
+    let io = |source| BagError::Io { file: path.to_path_buf(), source };
+    if is_sqlite(path) {
+        return read_sqlite(path, take);
+    }
+    let file = BufReader::new(File::open(path).map_err(io)?);
     // Schemas by their id; types and topics by the id of their channel.
     let (mut schemas, mut channels) = (BTreeMap::new(), BTreeMap::new());
     let mut part = |part: McapRecord<'_>| -> Result<(), ReadingEnd> {
@@ -86,21 +96,40 @@ pub(super) fn for_each_message(
         }
         Ok(())
     };
-    mcap::read(BufReader::new(file), &mut part).map_err(|stop| match stop {
-        ReadingEnd::Bag(error) => *error,
-        ReadingEnd::File(McapFault::Io(source)) => {
-            BagError::Io { file: path.to_path_buf(), source }
-        }
-        ReadingEnd::File(fault) => {
-            BagError::Format { file: path.to_path_buf(), problem: fault.to_string() }
-        }
-    })
+    mcap::read(file, &mut part).map_err(|end| end.into_error(path))
+}
+
+#[cfg(feature = "sqlite")]
+fn read_sqlite(
+    path: &Path,
+    take: &mut impl FnMut(Message<'_>) -> Result<(), ReadingEnd>,
+) -> Result<(), BagError> {
+    super::sqlite::read(path, take).map_err(|end| end.into_error(path))
+}
+
+#[cfg(not(feature = "sqlite"))]
+fn read_sqlite(
+    path: &Path,
+    _take: &mut impl FnMut(Message<'_>) -> Result<(), ReadingEnd>,
+) -> Result<(), BagError> {
+    Err(BagError::Sqlite { file: path.to_path_buf() })
 }
 
 /// Reason why reading of a file stops.
 pub(super) enum ReadingEnd {
     Bag(Box<BagError>),
     File(McapFault),
+}
+
+impl ReadingEnd {
+    fn into_error(self, path: &Path) -> BagError {
+        let file = path.to_path_buf();
+        match self {
+            Self::Bag(error) => *error,
+            Self::File(McapFault::Io(source)) => BagError::Io { file, source },
+            Self::File(fault) => BagError::Format { file, problem: fault.to_string() },
+        }
+    }
 }
 
 impl From<McapFault> for ReadingEnd {

@@ -1,4 +1,4 @@
-//! ROS 2 bags: MCAP files with joint states.
+//! ROS 2 bags: MCAP and SQLite files with joint states.
 
 mod cdr;
 mod contents;
@@ -6,6 +6,8 @@ mod error;
 mod mcap;
 mod messages;
 mod spec;
+#[cfg(feature = "sqlite")]
+mod sqlite;
 mod turns;
 
 use std::collections::BTreeMap;
@@ -14,6 +16,7 @@ use std::path::Path;
 pub use contents::{BagContents, BagTopic, list_bag};
 use didim_dynamics::Signals;
 pub use error::BagError;
+pub use messages::is_sqlite;
 pub use spec::{BagSpec, BagTime};
 
 use crate::capacity::Capacity;
