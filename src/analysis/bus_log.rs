@@ -12,7 +12,7 @@ use didim_dynamics::{JointSample, Readings};
 use super::screening::{RateError, check_rate};
 use crate::cell::{Cell, CellBus, CellError};
 use crate::live::recording::open_log;
-use didim_formats::{Capacity, Measurement, Piece, Record, RecordingStart, Resampled};
+use didim_formats::{Capacity, Measurement, Piece, Record, RecordingStart};
 
 /// Number of frames taken from the log at a time.
 const BATCH_FRAMES: usize = 4096;
@@ -119,12 +119,7 @@ pub fn read_log(path: &Path, cell: &Cell) -> Result<Record, LogError> {
     }
     let start_ns = start.map(|stamp_ns| i128::from(stamp_ns) + i128::from(since_1970_ns));
     let start = start_ns.and_then(RecordingStart::of_unix_ns);
-    Ok(Record {
-        segments: parts,
-        resampled: Resampled::default(),
-        missing_values: None,
-        recording_start: start,
-    })
+    Ok(Record { recording_start: start, ..Record::from_segments(parts) })
 }
 
 /// Removes the first sample of a piece if only this sample has no reference. A target takes effect

@@ -1,6 +1,7 @@
 //! A record: its pieces without gaps, and the changes that were made.
 
 use core::fmt;
+use std::path::PathBuf;
 
 use didim_dynamics::Readings;
 
@@ -54,6 +55,8 @@ pub struct Record {
     pub missing_values: Option<MissingValues>,
     /// Recording time of its first sample, if its stamps show it.
     pub recording_start: Option<RecordingStart>,
+    /// The file that ends early, because its recorder was killed or it was copied in part.
+    pub truncated_file: Option<PathBuf>,
 }
 
 impl Record {
@@ -63,7 +66,18 @@ impl Record {
     ) -> Self {
         let piece = |UniformPiece { begins_s, columns }| Piece::new(begins_s, measurement(columns));
         let part_list = parts.into_iter().map(piece).collect();
-        Self { segments: part_list, resampled, missing_values: None, recording_start: None }
+        Self { resampled, ..Self::from_segments(part_list) }
+    }
+
+    /// Creates a record without changes.
+    pub fn from_segments(segments: Vec<Piece>) -> Self {
+        Self {
+            segments,
+            resampled: Resampled::default(),
+            missing_values: None,
+            recording_start: None,
+            truncated_file: None,
+        }
     }
 
     pub(crate) fn with_start(self, start: Option<RecordingStart>) -> Self {
@@ -81,20 +95,21 @@ impl Record {
         let missing_values = self.missing_values.as_ref().map(ToString::to_string);
         let resampled = (!self.resampled.is_nothing()).then(|| self.resampled.to_string());
         let cut = (self.segments.len() > 1).then(|| CutTime(&self.segments).to_string());
-        missing_values.into_iter().chain(resampled).chain(cut).collect()
+        let truncated = self.truncated_file.as_ref().map(|file| {
+            format!(
+                "{} has no end, because its recorder was killed or it was copied in part. It is \
+                read up to its last whole chunk; `mcap recover` writes a whole file",
+                file.display()
+            )
+        });
+        truncated.into_iter().chain(missing_values).chain(resampled).chain(cut).collect()
     }
 }
 
 impl From<Measurement> for Record {
     /// Creates a record of one piece.
     fn from(measurement: Measurement) -> Self {
-        let parts = vec![Piece::new(0.0, measurement)];
-        Self {
-            segments: parts,
-            resampled: Resampled::default(),
-            missing_values: None,
-            recording_start: None,
-        }
+        Self::from_segments(vec![Piece::new(0.0, measurement)])
     }
 }
 

@@ -109,6 +109,15 @@ fn what_is_wrong_with_a_bag_is_said() {
         "{}",
         said(folder.path(), &abc)
     );
+    // A recorder that was killed writes no end. Its chunks are read.
+    let contents = fs::read(&bag).unwrap();
+    let killed = path_of("killed.mcap");
+    fs::write(&killed, &contents[..contents.len() - 20]).unwrap();
+    let record = read_bag(&killed, &abc).unwrap();
+    let complete = read_bag(&bag, &abc).unwrap();
+    assert_eq!((&record.segments, record.truncated_file), (&complete.segments, Some(killed)));
+    assert_eq!(complete.truncated_file, None);
+    fs::remove_file(path_of("killed.mcap")).unwrap();
     fs::write(path_of("drive_1.mcap"), b"SQLite format 3\0").unwrap();
     assert!(said(folder.path(), &abc).contains("`ros2 bag convert`"));
     assert!(said(&path_of("drive.mcap"), &abc).contains("check the path"));

@@ -25,8 +25,6 @@ pub(super) enum McapFault {
     Io(#[from] io::Error),
     #[error("it does not begin as one")]
     Magic,
-    #[error("it ends in the middle of a record")]
-    Short,
     #[error("a record claims {0} bytes")]
     TooLong(u64),
     #[error("a record is malformed")]
@@ -39,11 +37,21 @@ pub(super) enum McapFault {
     Crc,
 }
 
-/// Passes every record to `take`, in the order of the file.
+/// End of a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum FileEnd {
+    /// The recorder closed the file.
+    Finished,
+    /// The recorder was killed, or the file is copied in part.
+    Truncated,
+}
+
+/// Passes every record to `take`, in the order of the file. A truncated file is read up to its last
+/// complete record.
 pub(super) fn read<E: From<McapFault>>(
     mut file: impl Read,
     take: &mut impl FnMut(McapRecord<'_>) -> Result<(), E>,
-) -> Result<(), E> {
+) -> Result<FileEnd, E> {
     let mut magic = [0; 8];
     if read_available(&mut file, &mut magic)? < magic.len() || magic != MAGIC {
         return Err(McapFault::Magic.into());
@@ -53,9 +61,7 @@ pub(super) fn read<E: From<McapFault>>(
         let mut head = [0; 9];
         let [opcode, length @ ..] = match read_available(&mut file, &mut head)? {
             9 => head,
-            // A recorder that was killed writes no footer.
-            0 => return Ok(()),
-            _ => return Err(McapFault::Short.into()),
+            _ => return Ok(FileEnd::Truncated),
         };
         let length = u64::from_le_bytes(length);
         if length > MAX_RECORD {
@@ -64,10 +70,10 @@ pub(super) fn read<E: From<McapFault>>(
         record.clear();
         (&mut file).take(length).read_to_end(&mut record).map_err(McapFault::Io)?;
         if (record.len() as u64) < length {
-            return Err(McapFault::Short.into());
+            return Ok(FileEnd::Truncated);
         }
         match opcode {
-            op::FOOTER => return Ok(()),
+            op::FOOTER => return Ok(FileEnd::Finished),
             op::CHUNK => {
                 let records = decompress_chunk(&record)?;
                 let mut rest = RecordFields(&records);

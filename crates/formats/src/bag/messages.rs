@@ -6,7 +6,7 @@ use std::io::{BufReader, Read as _};
 use std::path::{Path, PathBuf};
 
 use super::error::BagError;
-use super::mcap::{self, McapFault, McapRecord};
+use super::mcap::{self, FileEnd, McapFault, McapRecord};
 
 pub(super) const JOINT_STATE: &str = "sensor_msgs/msg/JointState";
 
@@ -68,14 +68,14 @@ pub(super) struct Message<'a> {
     pub(super) data: &'a [u8],
 }
 
-/// Passes every message of a file to `take`.
+/// Passes every message of a file to `take`, and returns how the file ends.
 pub(super) fn for_each_message(
     path: &Path,
     take: &mut impl FnMut(Message<'_>) -> Result<(), ReadingEnd>,
-) -> Result<(), BagError> {
+) -> Result<FileEnd, BagError> {
     let io = |source| BagError::Io { file: path.to_path_buf(), source };
     if is_sqlite(path) {
-        return read_sqlite(path, take);
+        return read_sqlite(path, take).map(|()| FileEnd::Finished);
     }
     let file = BufReader::new(File::open(path).map_err(io)?);
     // Schemas by their id; types and topics by the id of their channel.

@@ -26,6 +26,7 @@ use crate::record::Record;
 use crate::start::RecordingStart;
 use crate::uniform::{TimedRows, TimesError, resample};
 use cdr::JointState;
+use mcap::FileEnd;
 use messages::{JOINT_STATE, Message, after_first_s, files, for_each_message, malformed_message};
 
 /// Maximum number of joints and topics that an error lists.
@@ -62,8 +63,10 @@ struct IncompleteRows {
 pub fn read_bag(path: &Path, spec: &BagSpec) -> Result<Record, BagError> {
     let mut topics = BTreeMap::new();
     let capacity = Capacity::of_values(2 * spec.joints.len());
+    let mut truncated = None;
     for file in files(path)? {
-        read_file(&file, spec, capacity, &mut topics)?;
+        let end = read_file(&file, spec, capacity, &mut topics)?;
+        truncated = truncated.or((end == FileEnd::Truncated).then_some(file));
     }
     let (name, topic) = choose_topic(path, topics, spec)?;
     let TopicContent {
@@ -102,7 +105,9 @@ pub fn read_bag(path: &Path, spec: &BagSpec) -> Result<Record, BagError> {
     if spec.time == BagTime::Rows {
         if missing_values.is_none() {
             let enough = times_ns.len() > 1;
-            return enough.then(|| measurement(columns).into()).ok_or(wrong(TimesError::TooShort));
+            let record = enough.then(|| Record::from(measurement(columns)));
+            let record = record.ok_or(wrong(TimesError::TooShort))?;
+            return Ok(Record { truncated_file: truncated, ..record });
         }
         // In this mode the times are message numbers.
         times_s.iter_mut().for_each(|time| *time *= 1e9 / spec.rate_hz);
@@ -112,7 +117,8 @@ pub fn read_bag(path: &Path, spec: &BagSpec) -> Result<Record, BagError> {
     // Rows by arrival order have no time.
     let first_ns = times_ns.first().filter(|_| spec.time != BagTime::Rows);
     let start = first_ns.and_then(|first_ns| RecordingStart::of_unix_ns((*first_ns).into()));
-    Ok(Record { missing_values, recording_start: start, ..record })
+    let (truncated_file, recording_start) = (truncated, start);
+    Ok(Record { missing_values, recording_start, truncated_file, ..record })
 }
 
 /// Reads every topic with joint states of a file.
@@ -121,7 +127,7 @@ fn read_file(
     spec: &BagSpec,
     capacity: Capacity,
     topics: &mut BTreeMap<String, TopicContent>,
-) -> Result<(), BagError> {
+) -> Result<FileEnd, BagError> {
     for_each_message(path, &mut |Message { kind, topic: name, log_ns, data }| {
         if kind != JOINT_STATE {
             return Ok(());

@@ -47,6 +47,8 @@ impl<'a> ByteReader<'a> {
 pub(super) struct ChunkHead<'a> {
     pub(super) start: u64,
     pub(super) end: u64,
+    /// Size of the records without compression \[bytes\].
+    pub(super) uncompressed: u64,
     pub(super) crc: u32,
     pub(super) compression: &'a str,
     /// Size of the records that follow \[bytes\].
@@ -62,6 +64,6 @@ impl<'a> ChunkHead<'a> {
         let compression = bytes.take_text()?;
         let length = bytes.take_u64()?;
         let fits = !compression.is_empty() || uncompressed == length;
-        fits.then_some(Self { start, end, crc, compression, length })
+        fits.then_some(Self { start, end, uncompressed, crc, compression, length })
     }
 }

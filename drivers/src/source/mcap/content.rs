@@ -3,19 +3,37 @@
 use super::bytes::ByteReader;
 use super::error::Corruption;
 use super::info::McapInfo;
+use super::ros_frame::{self, RosFrame};
 use super::{TOPIC_PREFIX, joint_states, message, op};
 use crate::frame::Frame;
 use crate::source::{InterfaceName, MAX_INTERFACES, SourceCounters};
+
+/// Format of a message with a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Format {
+    /// That of this program.
+    Own,
+    /// One of ROS 2.
+    Ros(RosFrame),
+}
+
+/// Channel of frames.
+#[derive(Clone, Copy, Debug)]
+struct FrameChannel {
+    id: u16,
+    format: Format,
+    /// Its interface, or `None` if the frames of this interface are skipped.
+    interface: Option<u8>,
+}
 
 /// Content of a file, from the records that were read until now.
 #[derive(Debug)]
 pub(super) struct FileContent {
     info: Option<McapInfo>,
-    /// Identifiers that the file gives to the schema of this program's frames.
-    schemas: Vec<u16>,
-    /// Channels of frames, each with its interface, or `None` if the frames of this interface are
-    /// skipped.
-    channels: Vec<(u16, Option<u8>)>,
+    /// Identifiers that the file gives to schemas of frames.
+    schemas: Vec<(u16, Format)>,
+    /// Channels of frames.
+    channels: Vec<FrameChannel>,
     /// Channels with data that this program derived from the frames.
     derived_channels: Vec<u16>,
     interfaces: Vec<InterfaceName>,
@@ -76,8 +94,11 @@ impl FileContent {
                 let (id, name, encoding) =
                     parse_schema(&mut bytes).ok_or(Corruption::Malformed("schema"))?;
                 let ours = name == message::SCHEMA_NAME && encoding == message::SCHEMA_ENCODING;
-                if ours && !self.schemas.contains(&id) {
-                    self.schemas.push(id);
+                let ros = RosFrame::from_schema(name).map(Format::Ros);
+                let format = if ours { Some(Format::Own) } else { ros };
+                if let Some(format) = format.filter(|format| !self.schemas.contains(&(id, *format)))
+                {
+                    self.schemas.push((id, format));
                 }
             }
             op::CHANNEL => self.handle_channel(&mut bytes)?,
@@ -97,15 +118,20 @@ impl FileContent {
             self.derived_channels.push(id);
             return Ok(());
         }
-        let ours = encoding == message::MESSAGE_ENCODING && self.schemas.contains(&schema);
+        let format = self.schemas.iter().find(|(available, _)| *available == schema);
+        let format = format.filter(|_| encoding == message::MESSAGE_ENCODING);
         // A file may declare the same channel again.
-        if !ours || self.channels.iter().any(|(available, _)| *available == id) {
-            return Ok(());
-        }
-        let name = topic.strip_prefix(TOPIC_PREFIX).and_then(|name| InterfaceName::new(name).ok());
+        let is_declared = self.channels.iter().any(|channel| channel.id == id);
+        let Some((_, format)) = format.copied().filter(|_| !is_declared) else { return Ok(()) };
+        let name = match format {
+            Format::Own => {
+                topic.strip_prefix(TOPIC_PREFIX).and_then(|name| InterfaceName::new(name).ok())
+            }
+            Format::Ros(_) => ros_frame::interface_of(topic),
+        };
         let name = name.ok_or_else(|| Corruption::Topic(topic.chars().take(64).collect()))?;
-        let index = index_of(&mut self.interfaces, name, self.has_fixed_interfaces)?;
-        self.channels.push((id, index));
+        let interface = index_of(&mut self.interfaces, name, self.has_fixed_interfaces)?;
+        self.channels.push(FrameChannel { id, format, interface });
         Ok(())
     }
 
@@ -115,11 +141,14 @@ impl FileContent {
         else {
             return Err(Corruption::Malformed("message"));
         };
-        let channel_found = self.channels.iter().find(|(id, _)| *id == channel);
-        let Some((_, interface)) = channel_found.copied() else {
+        let channel_found = self.channels.iter().find(|available| available.id == channel);
+        let Some(FrameChannel { format, interface, .. }) = channel_found.copied() else {
             self.counters.passed_over += u64::from(!self.derived_channels.contains(&channel));
             return Ok(None);
         };
+        if let Format::Ros(kind) = format {
+            return Ok(self.select_frame(kind.decode(bytes.0, log_time)?, interface));
+        }
         let frame = message::decode(bytes.0)?;
         // Other programs leave sequences at 0.
         if let Some(info) = &self.info {

@@ -16,7 +16,10 @@
 //! A file for viewers also contains the curves of the joints, as [`JointState`]s assembled from
 //! these frames. The source does not read them.
 //!
-//! Chunks are not compressed and contain their CRC. A recorder that was killed leaves a file
+//! Frames of other recorders in ROS 2 bags (`can_msgs/msg/Frame`,
+//! `ros2_socketcan_msgs/msg/FdFrame`) are read, too. Their topic stands for the interface.
+//!
+//! Chunks are not compressed and contain their CRC. Those of other programs may be compressed. A recorder that was killed leaves a file
 //! without an end. Such a file is read up to its last complete chunk.
 
 mod bytes;
@@ -28,6 +31,7 @@ mod message;
 mod reader;
 mod records;
 mod repair;
+mod ros_frame;
 mod scan;
 mod write;
 

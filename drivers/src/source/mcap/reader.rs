@@ -10,8 +10,8 @@ use super::bytes::{ByteReader, ChunkHead};
 use super::content::FileContent;
 use super::error::{Corruption, McapError};
 use super::info::McapInfo;
-use super::op;
 use super::records::{FileEnd, Records};
+use super::{MAX_RECORD, op};
 use crate::frame::Frame;
 use crate::source::{
     InterfaceName, Received, Source, SourceCounters, SourceError, StampClock, capacity,
@@ -27,6 +27,8 @@ pub struct McapSource<R = BufReader<File>> {
     content: FileContent,
     /// Range of the unread records in the chunk that is in memory.
     unread_range: Range<usize>,
+    /// Records of a compressed chunk; empty if the chunk is not compressed.
+    decompressed: Vec<u8>,
     /// Frame of a message outside of any chunk.
     unchunked_frame: Option<Frame>,
     /// Frame that the next call returns. Frames are missing before it, and no frames are missing
@@ -62,6 +64,7 @@ impl<R: Read> McapSource<R> {
             records: Records::new(reader, path)?,
             content: FileContent::new(interfaces),
             unread_range: 0..0,
+            decompressed: Vec::new(),
             unchunked_frame: None,
             next_frame: None,
             failure: None,
@@ -140,7 +143,7 @@ impl<R: Read> McapSource<R> {
         let Some(opcode) = self.records.advance()? else { return Ok(false) };
         let body = self.records.last_body();
         let brought = if opcode == op::CHUNK {
-            chunk_records(body).map(|place| {
+            chunk_records(body, &mut self.decompressed).map(|place| {
                 self.unread_range = place;
                 None
             })
@@ -153,7 +156,11 @@ impl<R: Read> McapSource<R> {
 
     /// Reads the next record of the chunk. Returns a frame if the record contains one.
     fn next_in_chunk(&mut self) -> Result<Option<Frame>, Corruption> {
-        let chunk = self.records.last_body().get(self.unread_range.clone()).unwrap_or_default();
+        let chunk = match self.decompressed.is_empty() {
+            true => self.records.last_body(),
+            false => &self.decompressed,
+        };
+        let chunk = chunk.get(self.unread_range.clone()).unwrap_or_default();
         let mut bytes = ByteReader(chunk);
         let malformed = Corruption::Malformed("chunk");
         let (Some(opcode), Some(length)) = (bytes.take_u8(), bytes.take_u64()) else {
@@ -166,21 +173,50 @@ impl<R: Read> McapSource<R> {
     }
 }
 
-/// Returns the range of the records in a chunk, after a check of their CRC.
-fn chunk_records(body: &[u8]) -> Result<Range<usize>, Corruption> {
+/// Returns the range of the records in a chunk, after a check of their CRC. Records that are
+/// compressed are in `decompressed`, which is empty otherwise.
+fn chunk_records(body: &[u8], decompressed: &mut Vec<u8>) -> Result<Range<usize>, Corruption> {
+    decompressed.clear();
     let mut bytes = ByteReader(body);
     let head = ChunkHead::read(&mut bytes).ok_or(Corruption::Malformed("chunk"))?;
-    if !head.compression.is_empty() {
-        return Err(Corruption::Compressed(head.compression.chars().take(16).collect()));
-    }
     let start = body.len() - bytes.0.len();
-    let records = usize::try_from(head.length).ok().and_then(|length| bytes.take(length));
-    let records = records.ok_or(Corruption::Malformed("chunk"))?;
+    let stored = usize::try_from(head.length).ok().and_then(|length| bytes.take(length));
+    let stored = stored.ok_or(Corruption::Malformed("chunk"))?;
+    let (records, start) = match head.compression {
+        "" => (stored, start),
+        _ => {
+            decompress(&head, stored, decompressed)?;
+            (&decompressed[..], 0)
+        }
+    };
     // A CRC of 0 means that the chunk has no CRC.
     if head.crc != 0 && head.crc != crc32fast::hash(records) {
         return Err(Corruption::Crc);
     }
     Ok(start..start + records.len())
+}
+
+/// Decompresses the records of a chunk, up to their declared size.
+fn decompress(
+    head: &ChunkHead<'_>,
+    stored: &[u8],
+    records: &mut Vec<u8>,
+) -> Result<(), Corruption> {
+    if head.uncompressed > MAX_RECORD {
+        return Err(Corruption::Record { opcode: op::CHUNK, length: head.uncompressed });
+    }
+    let limit = head.uncompressed + 1;
+    let read = match head.compression {
+        "zstd" => ruzstd::decoding::StreamingDecoder::new(stored)
+            .map_err(std::io::Error::other)
+            .and_then(|decoder| decoder.take(limit).read_to_end(records)),
+        "lz4" => lz4_flex::frame::FrameDecoder::new(stored).take(limit).read_to_end(records),
+        other => return Err(Corruption::Compressed(other.chars().take(16).collect())),
+    };
+    match read {
+        Ok(length) if length as u64 == head.uncompressed => Ok(()),
+        _ => Err(Corruption::Malformed("chunk")),
+    }
 }
 
 impl<R: Read + Send> Source for McapSource<R> {
