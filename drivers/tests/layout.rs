@@ -54,6 +54,44 @@ fn inserting_what_was_read_gives_the_payload_back() {
     }
 }
 
+/// One reply identifier for all drives: the multiplexer says whose values a frame has.
+#[test]
+fn multiplexed_signals_are_messages_of_their_own() {
+    let dbc = "VERSION \"\"\nNS_ :\nBS_:\nBU_: Drive Controller\nBO_ 128 SYNC: 0 Controller\n\
+        BO_ 385 State: 8 Drive\n SG_ Axis M : 0|8@1+ (1,0) [0|6] \"\" Controller\n \
+        SG_ Pos_1 m1 : 8|32@1- (1,0) [0|0] \"count\" Controller\n \
+        SG_ Trq_1 m1 : 40|16@1- (1,0) [0|0] \"\" Controller\n \
+        SG_ Pos_2 m2 : 8|32@1- (1,0) [0|0] \"count\" Controller\n \
+        SG_ Trq_2 m2 : 40|16@1- (1,0) [0|0] \"\" Controller\n";
+    let spec = "axes = 2\nrate_hz = 500.0\nsync = \"SYNC\"\n\
+        position = { signal = \"State.Pos_{axis}\", valid = \"instant\" }\n\
+        torque = { signal = \"State.Trq_{axis}\", valid = \"instant\" }\n";
+    let spec: LayoutSpec = toml::from_str(spec).unwrap();
+    let layout = CompiledLayout::compile(dbc, &spec).unwrap();
+    let mut values = CycleValues::default();
+    for (axis, (position, torque)) in [(7.0, -1.0), (-9.0, 3.0)].into_iter().enumerate() {
+        (values.axes[axis].position, values.axes[axis].torque) = (position, torque);
+    }
+    let mut frames = Vec::new();
+    layout.encode(Role::Sample, &values, 0, &mut frames).unwrap();
+    assert_eq!(frames.len(), 2);
+    assert_eq!(frames[1].data(), [2, 0xF7, 0xFF, 0xFF, 0xFF, 3, 0, 0]);
+    for (axis, frame) in frames.iter().enumerate() {
+        let (index, message) = layout.read(frame).unwrap();
+        assert_eq!(layout.messages()[index], *message);
+        for extraction in &message.extractions {
+            assert_eq!(extraction.axis, axis);
+            let expected = match extraction.quantity {
+                Quantity::Position => values.axes[axis].position,
+                _ => values.axes[axis].torque,
+            };
+            assert_eq!(extraction.value(frame.data()), Some(expected));
+        }
+    }
+    let other = Frame::classic(FrameId::Standard(385), &[3, 0, 0, 0, 0, 0, 0, 0]).unwrap();
+    assert_eq!(layout.read(&other).unwrap_err(), Unreadable::Excepted);
+}
+
 #[test]
 fn the_shipped_layouts_say_what_they_are() {
     let drives = cia402();
@@ -338,7 +376,12 @@ fn what_does_not_fit_is_named() {
         (
             dbc.replace("PositionActualValue :", "PositionActualValue m0 :"),
             spec.to_owned(),
-            "multiplexed",
+            "has no multiplexer (M)",
+        ),
+        (
+            dbc.replace("PositionActualValue :", "PositionActualValue m0M :"),
+            spec.to_owned(),
+            "multiplexed itself",
         ),
         (
             dbc.replace("SG_ StatusWord : 0|16@1+", "SG_ StatusWord : 0|16@9+"),

@@ -41,6 +41,7 @@ impl CompiledLayout {
                 role: Role::Sync,
                 extractions: Vec::new(),
                 excluded_values: Vec::new(),
+                selector: None,
             });
         }
         for (key, quantity, names) in patterns {
@@ -274,17 +275,21 @@ fn except_in(
 ) -> Result<(), LayoutError> {
     let key = "except";
     let (message, signal) = split_name(key, name)?;
+    if database.selector(key, message, signal)?.is_some() {
+        return key_error(key, format!("`{name}` is multiplexed; name a signal of every frame"));
+    }
     let signal = database.signal(key, message, signal)?;
     check_integer(Quantity::Enabled, &signal)?;
-    match messages.iter_mut().find(|plan| plan.format.name == message) {
-        Some(plan) => {
-            plan.excluded_values.push((signal.field, values.to_vec()));
-            Ok(())
-        }
-        None => {
-            key_error(key, format!("`{name}` is in no message that carries a signal of the arm"))
-        }
+    let mut is_used = false;
+    for plan in messages.iter_mut().filter(|plan| plan.format.name == message) {
+        plan.excluded_values.push((signal.field, values.to_vec()));
+        is_used = true;
     }
+    if !is_used {
+        let reason = format!("`{name}` is in no message that carries a signal of the arm");
+        return key_error(key, reason);
+    }
+    Ok(())
 }
 
 fn split_name<'n>(key: &'static str, name: &'n str) -> Result<(&'n str, &'n str), LayoutError> {
@@ -307,10 +312,23 @@ fn add_message(
 ) -> Result<(), LayoutError> {
     let (message, signal) = split_name(key, name)?;
     let format = database.message(key, message)?;
+    let selector = database.selector(key, message, signal)?;
     let signal = in_own_unit(quantity, database.signal(key, message, signal)?)?;
     check_integer(quantity, &signal)?;
     let extraction = Extraction { quantity, axis, signal };
-    match messages.iter_mut().find(|plan| plan.format.id == format.id) {
+    let same_id = |plan: &&mut MessagePlan| plan.format.id == format.id;
+    if messages.iter_mut().find(same_id).is_some_and(|plan| {
+        // A signal of every frame would be of several axes at once.
+        plan.selector.is_some() != selector.is_some()
+    }) {
+        let reason = format!(
+            "`{name}`: other signals of the message {} are multiplexed differently; name signals \
+            of the same kind",
+            format.name
+        );
+        return key_error(key, reason);
+    }
+    match messages.iter_mut().filter(same_id).find(|plan| plan.selector == selector) {
         Some(plan) => {
             plan.extractions.push(extraction);
             Ok(())
@@ -322,6 +340,7 @@ fn add_message(
                 role: Role::Sample,
                 extractions,
                 excluded_values: Vec::new(),
+                selector,
             });
             Ok(())
         }

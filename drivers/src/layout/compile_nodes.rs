@@ -231,6 +231,7 @@ fn sync_message(nodes: &[Node<'_>]) -> Result<MessagePlan, LayoutError> {
         role: Role::Sync,
         extractions: Vec::new(),
         excluded_values: Vec::new(),
+        selector: None,
     })
 }
 
@@ -271,6 +272,7 @@ fn add(
                 role: Role::Sample,
                 extractions: vec![extraction],
                 excluded_values: Vec::new(),
+                selector: None,
             });
         }
     }

@@ -93,6 +93,7 @@ fn compile_network(
         role: Role::Sync,
         extractions: Vec::new(),
         excluded_values: Vec::new(),
+        selector: None,
     }];
     let mut gathered = Vec::new();
     // Report objects that are not mapped before objects that cannot be located. A missing mapping
@@ -277,8 +278,13 @@ fn message(
     let length = u8::try_from(length).unwrap_or(u8::MAX);
     let format = MessageFormat { name, id, is_fd: true, length };
     let gathered = AssembledFrame { id, length: format.wire_length(), byte_ranges: parts };
-    let message =
-        MessagePlan { format, role: Role::Sample, extractions, excluded_values: Vec::new() };
+    let message = MessagePlan {
+        format,
+        role: Role::Sample,
+        extractions,
+        excluded_values: Vec::new(),
+        selector: None,
+    };
     Ok((message, command.unwrap_or(0), gathered))
 }
 

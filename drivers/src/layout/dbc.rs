@@ -7,6 +7,7 @@ use can_dbc::{
 
 use super::error::LayoutError;
 use super::field::{ByteOrder, EXACT_BITS, Encoding, Field};
+use super::selector::Selector;
 use crate::frame::{FrameId, MAX_CLASSIC_PAYLOAD, MAX_PAYLOAD, is_fd_length};
 
 /// Smallest similarity of two names at which one is suggested for the other (1 is equal).
@@ -112,15 +113,46 @@ impl<'a> Database<'a> {
         Ok(Self { text, dbc })
     }
 
-    /// Returns every signal that is present in every frame of its message, in the order of the
-    /// file.
+    /// Returns the selector of the frames that carry a signal, or `None` if every frame of its
+    /// message does.
+    ///
+    /// # Errors
+    /// [`LayoutError::NoMessage`], [`LayoutError::Signal`].
+    pub(super) fn selector(
+        &self,
+        key: &'static str,
+        message: &str,
+        name: &str,
+    ) -> Result<Option<Selector>, LayoutError> {
+        let signals = &self.find_message(key, message)?.signals;
+        let indicator = signals.iter().find(|signal| signal.name == name);
+        let indicator = indicator.map(|signal| signal.multiplexer_indicator);
+        let Some(MultiplexIndicator::MultiplexedSignal(value)) = indicator else {
+            return Ok(None);
+        };
+        let multiplexer = |signal: &&Signal| {
+            matches!(signal.multiplexer_indicator, MultiplexIndicator::Multiplexor)
+        };
+        let Some(multiplexer) = signals.iter().find(multiplexer) else {
+            return Err(LayoutError::Signal {
+                signal: format!("{message}.{name}"),
+                line: line_of_signal(self.text, message, name),
+                reason: "multiplexed, and its message has no multiplexer (M)".into(),
+            });
+        };
+        let SignalFormat { field, .. } = self.signal(key, message, &multiplexer.name)?;
+        Ok(Some(Selector { field, value }))
+    }
+
+    /// Returns every signal that can be named in a layout, in the order of the file.
     pub fn signals(&self) -> impl Iterator<Item = NamedSignal<'_>> {
         self.dbc.messages.iter().flat_map(|message| {
             let id = frame_id(message.id);
-            let plain = message
-                .signals
-                .iter()
-                .filter(|signal| matches!(signal.multiplexer_indicator, MultiplexIndicator::Plain));
+            let plain = message.signals.iter().filter(|signal| {
+                let of_signal = signal.multiplexer_indicator;
+                use MultiplexIndicator::{MultiplexedSignal, Plain};
+                matches!(of_signal, Plain | MultiplexedSignal(_))
+            });
             plain.map(move |signal| NamedSignal {
                 message: &message.name,
                 id,
@@ -202,10 +234,11 @@ impl<'a> Database<'a> {
 
     fn format(&self, message: &Message, signal: &Signal) -> Result<SignalFormat, String> {
         match signal.multiplexer_indicator {
-            MultiplexIndicator::Plain | MultiplexIndicator::Multiplexor => {}
-            MultiplexIndicator::MultiplexedSignal(_)
-            | MultiplexIndicator::MultiplexorAndMultiplexedSignal(_) => {
-                return Err("multiplexed, so it is not in every frame; name a plain signal".into());
+            MultiplexIndicator::Plain
+            | MultiplexIndicator::Multiplexor
+            | MultiplexIndicator::MultiplexedSignal(_) => {}
+            MultiplexIndicator::MultiplexorAndMultiplexedSignal(_) => {
+                return Err("a multiplexer that is multiplexed itself, which is not read".into());
             }
         }
         let extended = self

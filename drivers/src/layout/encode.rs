@@ -77,6 +77,9 @@ impl MessagePlan {
     /// [`EncodeError`] if a value does not fit its signal.
     pub fn encode(&self, values: &CycleValues, stamp_ns: u64) -> Result<Frame, EncodeError> {
         let mut payload = [0; MAX_PAYLOAD];
+        if let Some(selector) = &self.selector {
+            selector.field.write_bits(&mut payload, selector.value);
+        }
         for extraction in &self.extractions {
             let axis = values.axes.get(extraction.axis).copied().unwrap_or_default();
             let value = match extraction.quantity {

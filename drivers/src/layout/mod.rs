@@ -21,6 +21,7 @@ mod field;
 mod plan;
 mod process_data;
 mod readings;
+mod selector;
 mod slaves;
 mod spec;
 
@@ -36,6 +37,7 @@ pub(crate) use process_data::{
     AL_ERROR, AL_STATUS_BITS, AssembledFrame, BELOW_SAFE_OPERATIONAL, ProcessDatagram,
     SAFE_OPERATIONAL, SYNC_FRAME, WRONG_COUNTER,
 };
+pub use selector::Selector;
 pub use slaves::NetworkError;
 pub use spec::{
     CyclesBy, EnabledSpec, ExceptSpec, FollowingErrorSign, LawSpec, LayoutSpec, NodeSpec,

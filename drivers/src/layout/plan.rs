@@ -8,6 +8,7 @@ use didim_dynamics::SignalTiming;
 use super::dbc::{MessageFormat, SignalFormat};
 use super::field::Field;
 use super::process_data::ProcessData;
+use super::selector::Selector;
 use super::spec::{CyclesBy, FollowingErrorSign};
 use crate::frame::{Frame, FrameId, FrameKind};
 
@@ -136,6 +137,9 @@ pub struct MessagePlan {
     pub extractions: Vec<Extraction>,
     /// Integer fields, each with the values that mark a frame with other content than the message.
     pub excluded_values: Vec<(Field, Vec<u16>)>,
+    /// Value of the multiplexer in the frames of this message, if it is multiplexed. Messages with
+    /// the same identifier differ in it.
+    pub selector: Option<Selector>,
 }
 
 /// Validity times of the signals of a plan.
@@ -179,10 +183,13 @@ impl CompiledLayout {
         for (k, message) in (0u8..).zip(&messages) {
             match message.format.id {
                 FrameId::Standard(id) => {
-                    if let Some(entry) = standard.get_mut(usize::from(id)) {
+                    // Multiplexed messages follow the first one of their identifier.
+                    let entry = standard.get_mut(usize::from(id));
+                    if let Some(entry) = entry.filter(|entry| **entry == NO_MESSAGE) {
                         *entry = k;
                     }
                 }
+                FrameId::Extended(id) if extended.last().is_some_and(|(last, _)| *last == id) => {}
                 FrameId::Extended(id) => extended.push((id, k)),
             }
         }
@@ -253,6 +260,12 @@ impl CompiledLayout {
         if frame.length != message.format.length && frame.length != message.format.wire_length() {
             return Err(Unreadable::WrongLength);
         }
+        let same_id = self.messages.iter().enumerate().skip(index);
+        let mut same_id = same_id.take_while(|(_, other)| other.format.id == frame.id);
+        let selected = same_id.find(|(_, message)| {
+            message.selector.as_ref().is_none_or(|selector| selector.is_in(frame.data()))
+        });
+        let (index, message) = selected.ok_or(Unreadable::Excepted)?;
         let says = |field: &Field, value: &u16| field.bits(frame.data()) == u64::from(*value);
         let mut except = message.excluded_values.iter();
         if except.any(|(field, values)| values.iter().any(|value| says(field, value))) {
