@@ -1,17 +1,18 @@
 //! Logs, MCAP recordings and captures of the bus, with the same frames, layout and assembly as live
 //! data.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use didim_drivers::assemble::{Losses, label};
 use didim_drivers::frame::{Frame, FrameId};
 use didim_drivers::samples::Samples;
-use didim_drivers::source::SourceError;
+use didim_drivers::source::{InterfaceName, SourceError};
 use didim_dynamics::{JointSample, Readings};
 
 use super::screening::{RateError, check_rate};
 use crate::cell::{Cell, CellBus, CellError};
-use crate::live::recording::open_log;
+use crate::live::recording::{NamedInterfaces, OpenLogError, open_bus_log};
 use didim_formats::{Capacity, Measurement, Piece, Record, RecordingStart};
 
 /// Number of frames taken from the log at a time.
@@ -22,7 +23,10 @@ const MAX_LISTED_IDS: usize = 16;
 /// Error when a log yields no measurement. Every variant names the file.
 #[derive(Debug, thiserror::Error)]
 pub enum LogError {
-    /// The log cannot be opened or read, or a line is malformed; the inner error names it.
+    /// The log cannot be opened.
+    #[error(transparent)]
+    Open(#[from] OpenLogError),
+    /// The log cannot be read, or a line is malformed; the inner error names it.
     #[error(transparent)]
     Source(#[from] SourceError),
     /// The cell has no bus.
@@ -67,13 +71,18 @@ pub enum LogError {
 /// bus cycles are missing and where a drive changes its mode.
 ///
 /// If targets take effect at the next SYNC, no target is known in the log's first cycle. The
-/// measurement then begins with the second one.
+/// measurement then begins with the second one. If `interfaces` is empty, those of the cell's bus
+/// count where several carry the same identifiers.
 ///
 /// # Errors
 /// See [`LogError`].
-pub fn read_log(path: &Path, cell: &Cell) -> Result<Record, LogError> {
+pub fn read_log(
+    path: &Path,
+    cell: &Cell,
+    interfaces: &[InterfaceName],
+) -> Result<Record, LogError> {
     let bus = cell.bus().map_err(|source| LogError::Cell(Box::new(source)))?;
-    let (samples, since_1970_ns) = read_samples(path, bus)?;
+    let LogSamples { samples, since_1970_ns, unused_frames } = read_samples(path, bus, interfaces)?;
     // The check covers all samples. Gaps do not affect it, whereas a short piece alone determines
     // no rate.
     let rate_unchecked = check_rate(&samples, &bus.layout, cell.screening.rate)
@@ -119,7 +128,7 @@ pub fn read_log(path: &Path, cell: &Cell) -> Result<Record, LogError> {
     }
     let start_ns = start.map(|stamp_ns| i128::from(stamp_ns) + i128::from(since_1970_ns));
     let start = start_ns.and_then(RecordingStart::of_unix_ns);
-    Ok(Record { recording_start: start, ..Record::from_segments(parts) })
+    Ok(Record { recording_start: start, unused_frames, ..Record::from_segments(parts) })
 }
 
 /// Removes the first sample of a piece if only this sample has no reference. A target takes effect
@@ -137,12 +146,26 @@ fn from_reference(samples: &[JointSample]) -> &[JointSample] {
     }
 }
 
-/// Returns the samples and the offset to add to their stamps; see
-/// [`since_1970_ns`](didim_drivers::source::Source::since_1970_ns).
-fn read_samples(path: &Path, bus: &CellBus) -> Result<(Vec<JointSample>, i64), LogError> {
+/// Samples of a log.
+struct LogSamples {
+    samples: Vec<JointSample>,
+    /// Offset to add to their stamps; see
+    /// [`since_1970_ns`](didim_drivers::source::Source::since_1970_ns).
+    since_1970_ns: i64,
+    /// Numbers of unused frames and cycles, by cause.
+    unused_frames: BTreeMap<&'static str, u64>,
+}
+
+fn read_samples(
+    path: &Path,
+    bus: &CellBus,
+    interfaces: &[InterfaceName],
+) -> Result<LogSamples, LogError> {
     let file = || path.to_path_buf();
     let mut identifiers: Vec<FrameId> = Vec::new();
-    let source = open_log(path, Some(&bus.layout))?;
+    let configured = bus.interfaces();
+    let named = NamedInterfaces { requested: interfaces, configured: &configured };
+    let source = open_bus_log(path, &bus.layout, named)?;
     let since_1970_ns = source.since_1970_ns();
     let mut of_log = Samples::new(source, bus.assembler(), BATCH_FRAMES).with_tap(Some(Box::new(
         |frames: &[Frame], _| {
@@ -168,14 +191,14 @@ fn read_samples(path: &Path, bus: &CellBus) -> Result<(Vec<JointSample>, i64), L
         let expected = bus.layout.messages().iter().map(|message| message.format.id).collect();
         return Err(LogError::NoSample { file: file(), expected, found: identifiers, losses });
     }
-    if samples.windows(2).any(|pair| pair[1].sequence != pair[0].sequence + 1) {
-        tracing::warn!(
-            "{}: bus cycles are missing; not used, by cause: {}",
-            path.display(),
-            loss_causes(&losses)
-        );
+    let counts = losses.frames.by_cause().chain(losses.cycles.by_cause());
+    let unused_frames: BTreeMap<_, _> = counts.filter(|(_, count)| *count > 0).collect();
+    let is_missing = samples.windows(2).any(|pair| pair[1].sequence != pair[0].sequence + 1);
+    if is_missing || !unused_frames.is_empty() {
+        let missing = if is_missing { "bus cycles are missing; " } else { "" };
+        tracing::warn!("{}: {missing}not used, by cause: {}", path.display(), loss_causes(&losses));
     }
-    Ok((samples, since_1970_ns))
+    Ok(LogSamples { samples, since_1970_ns, unused_frames })
 }
 
 /// Lists the first identifiers, as candump writes them.

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use didim_drivers::assemble::Assembler;
 use didim_drivers::layout::{CompiledLayout, Quantity};
+use didim_drivers::source::InterfaceName;
 use didim_drivers::units::{DriveSpec, Scales};
 use didim_dynamics::Reading;
 
@@ -33,6 +34,15 @@ pub struct CellBus {
 }
 
 impl CellBus {
+    /// Returns the CAN interfaces among its sources.
+    pub fn interfaces(&self) -> Vec<InterfaceName> {
+        let interface = |source: &BusAddress| match source {
+            BusAddress::Can(name) => Some(*name),
+            _ => None,
+        };
+        self.sources.iter().filter_map(interface).collect()
+    }
+
     /// Reads the bus and the files that its layout names. `joints` is the joint count of the robot,
     /// if the robot could be read.
     pub(super) fn read(

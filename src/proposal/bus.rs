@@ -115,7 +115,7 @@ pub(super) fn rate(rate_hz: Option<f64>) -> Guess {
 /// Returns the rate of the frames in a log that mark a sample.
 pub(super) fn rate_hz(log: &Path, marks: FrameId) -> Result<Option<f64>, ProposalError> {
     let wrong = |source| ProposalError::Log { source: Box::new(source) };
-    let mut source = open_log(log, None).map_err(wrong)?;
+    let mut source = open_log(log, None, &[]).map_err(wrong)?;
     let mut batch = Vec::with_capacity(BATCH_FRAMES);
     let mut stamps: Vec<u64> = Vec::new();
     while stamps.len() < RATE_STAMPS {

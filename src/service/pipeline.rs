@@ -279,7 +279,7 @@ pub fn open_source(cell: &Cell) -> Result<OpenedSource, PipelineError> {
             BusAddress::Can(name) => interfaces.push(*name),
             BusAddress::Log(file) | BusAddress::Pcap(file) if bus.sources.len() == 1 => {
                 return Ok(OpenedSource {
-                    source: open_log(file, Some(&bus.layout))?,
+                    source: open_log(file, Some(&bus.layout), &[])?,
                     pace: Pace::Replay,
                     receive_buffer: None,
                 });

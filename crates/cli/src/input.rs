@@ -2,12 +2,13 @@
 //! and checks them against the robot's limits.
 
 use didim_dynamics::robot::{JointIndex, Robot};
+use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::Path;
 
 use clap::Args;
 use didim_drivers::ethercat::Capture;
-use didim_drivers::source::TextLog;
+use didim_drivers::source::{InterfaceName, TextLog};
 
 use super::CliError;
 use super::progress::WorkIndicator;
@@ -47,6 +48,10 @@ pub(super) struct Samples {
     /// Samples per second of a table without a time column
     #[arg(long, value_name = "HZ", value_parser = parse_positive, allow_negative_numbers = true)]
     sample_rate: Option<f64>,
+    /// The interface of a log or a recording whose frames count; repeat for several. Without it
+    /// those of the cell's bus, where several have the same identifiers
+    #[arg(long = "interface", value_name = "NAME")]
+    interfaces: Vec<InterfaceName>,
     /// Start of the samples that count [s after the first]; earlier ones are margin for the filters
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     from: Option<f64>,
@@ -61,6 +66,8 @@ pub(super) struct CountedPiece {
     pub(super) counted_range: Range<usize>,
     /// Time of the first sample of the file, if it is known.
     pub(super) recording_start: Option<RecordingStart>,
+    /// Numbers of unused frames and cycles of the file, by cause; empty except for its first piece.
+    pub(super) unused_frames: BTreeMap<&'static str, u64>,
 }
 
 impl Samples {
@@ -73,7 +80,8 @@ impl Samples {
     ) -> Result<Vec<CountedPiece>, CliError> {
         let path = input.displayed_path();
         let reading = WorkIndicator::start(&format!("reading {}", path.display()));
-        let record = reading.show_during(|| read_input(input, cell, self.sample_rate))?;
+        let record =
+            reading.show_during(|| read_input(input, cell, self.sample_rate, &self.interfaces))?;
         for note in record.notes() {
             tracing::warn!("{}: {note}", path.display());
         }
@@ -233,8 +241,9 @@ pub(super) fn read_input(
     input: &InputFileOrStream,
     cell: &Cell,
     sample_rate_hz: Option<f64>,
+    interfaces: &[InterfaceName],
 ) -> Result<Record, CliError> {
-    input.with_displayed_path(read_file(input, cell, sample_rate_hz))
+    input.with_displayed_path(read_file(input, cell, sample_rate_hz, interfaces))
 }
 
 /// Returns the format of an input file, as [`read_input`] reads it.
@@ -262,6 +271,7 @@ fn read_file(
     input: &InputFileOrStream,
     cell: &Cell,
     sample_rate_hz: Option<f64>,
+    interfaces: &[InterfaceName],
 ) -> Result<Record, CliError> {
     let (path, source) = (input.path(), signal_source(input, cell));
     if let Some(spec) = cell.bag.as_ref().filter(|_| source == SignalSource::Bag) {
@@ -280,7 +290,7 @@ fn read_file(
                 .into(),
         ));
     }
-    read_log(path, cell).map_err(CliError::from_failure)
+    read_log(path, cell, interfaces).map_err(CliError::from_failure)
 }
 
 /// Checks that the measurement has the sample rate of the cell. The layout declares the torque
@@ -358,7 +368,7 @@ fn counted_pieces(
         .collect();
     let samples: usize = record.segments.iter().map(|piece| piece.measurement.samples()).sum();
     let row = cell.options.decimation_filter.factor;
-    let recorded = record.recording_start;
+    let (recorded, mut unused_frames) = (record.recording_start, record.unused_frames);
     let (parts, first) = (record.segments.len(), ranges.first().cloned().unwrap_or_default());
     let counted: Vec<CountedPiece> = (record.segments.into_iter().zip(ranges))
         // If there are several pieces, those too short for a row are left out.
@@ -367,6 +377,7 @@ fn counted_pieces(
             piece,
             counted_range: counted,
             recording_start: recorded,
+            unused_frames: core::mem::take(&mut unused_frames),
         })
         .collect();
     check_not_empty([first_s, last_s], file, samples, parts, &first, &counted)?;

@@ -8,7 +8,8 @@ use tempfile::TempDir;
 use crate::program::{identify_arm, json, repository, results, succeed};
 
 /// Keys of `identify --json` in addition to those of the estimate.
-const OF_THE_COMMAND: [&str; 5] = ["recorded", "recordings", "elapsed_ms", "reduction", "foretold"];
+const OF_THE_COMMAND: [&str; 6] =
+    ["recorded", "recordings", "elapsed_ms", "reduction", "foretold", "unused_frames"];
 
 fn schema() -> Value {
     let path = repository("docs/reference/result.schema.json");

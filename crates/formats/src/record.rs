@@ -1,6 +1,7 @@
 //! A record: its pieces without gaps, and the changes that were made.
 
 use core::fmt;
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use didim_dynamics::Readings;
@@ -57,6 +58,9 @@ pub struct Record {
     pub recording_start: Option<RecordingStart>,
     /// The file that ends early, because its recorder was killed or it was copied in part.
     pub truncated_file: Option<PathBuf>,
+    /// Numbers of frames and bus cycles that are not used, by the key of the cause; empty unless
+    /// from frames of a bus.
+    pub unused_frames: BTreeMap<&'static str, u64>,
 }
 
 impl Record {
@@ -77,6 +81,7 @@ impl Record {
             missing_values: None,
             recording_start: None,
             truncated_file: None,
+            unused_frames: BTreeMap::new(),
         }
     }
 

@@ -73,6 +73,21 @@ impl Bag {
         self.write("/robot_description", "std_msgs/msg/String", 0, &message);
     }
 
+    /// A frame of at most eight bytes, as ros2_socketcan publishes it.
+    #[allow(dead_code, reason = "not every test program has frames")]
+    pub(crate) fn can_frame(&mut self, topic: &str, stamp_ns: u64, id: u32, data: &[u8]) {
+        let mut message = vec![0, 1, 0, 0];
+        let [sec, nanosec] = [stamp_ns / 1_000_000_000, stamp_ns % 1_000_000_000];
+        word(&mut message, u32::try_from(sec).unwrap());
+        word(&mut message, u32::try_from(nanosec).unwrap());
+        text(&mut message, "can");
+        word(&mut message, id);
+        message.extend([0, 0, 0, u8::try_from(data.len()).unwrap()]);
+        message.extend(data);
+        message.resize(message.len() + 8 - data.len(), 0);
+        self.write(topic, "can_msgs/msg/Frame", stamp_ns, &message);
+    }
+
     fn write(&mut self, topic: &str, kind: &str, log_time: u64, message: &[u8]) {
         let Self { writer, channels, sequence } = self;
         let channel_id = *channels.entry(topic.to_owned()).or_insert_with(|| {

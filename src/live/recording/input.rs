@@ -26,7 +26,8 @@ pub fn is_mcap(path: &Path) -> bool {
 }
 
 /// Opens a candump log, an MCAP recording, the folder of a ring as one long recording, or an
-/// EtherCAT capture. The layout derives the frames of an EtherCAT capture.
+/// EtherCAT capture. The layout derives the frames of an EtherCAT capture. If `interfaces` is not
+/// empty, frames of other interfaces are skipped.
 ///
 /// A recording that was not closed is read up to its last complete chunk, with a warning.
 ///
@@ -35,17 +36,25 @@ pub fn is_mcap(path: &Path) -> bool {
 pub fn open_log(
     path: &Path,
     layout: Option<&CompiledLayout>,
+    interfaces: &[InterfaceName],
 ) -> Result<Box<dyn Source>, SourceError> {
     if path.is_dir() {
         return Ok(Box::new(RingSource::open(path)?));
     }
     if is_mcap(path) {
-        return Ok(Box::new(open_recording(path, &[])?));
+        return Ok(Box::new(open_recording(path, interfaces)?));
     }
     if Capture::is_one(path) {
         return Ok(Box::new(CaptureSource::open(path, layout)?));
     }
-    Ok(Box::new(TextLog::open(path, &[])?))
+    let log = TextLog::open(path, interfaces)?;
+    if log.is_truncated() {
+        tracing::warn!(
+            "{}: the log was cut off in its last line, which is not used",
+            path.display()
+        );
+    }
+    Ok(Box::new(log))
 }
 
 fn open_recording(path: &Path, interfaces: &[InterfaceName]) -> Result<McapSource, McapError> {

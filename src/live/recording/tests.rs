@@ -227,7 +227,7 @@ fn a_ring_is_read_as_one_recording_and_says_what_is_missing() {
         end(recorder, tap);
     }
     let numbers: Vec<u64> = (0..50_000).chain(70_000..70_100).collect();
-    let mut ring = open_log(folder.path(), None).unwrap();
+    let mut ring = open_log(folder.path(), None, &[]).unwrap();
     assert_eq!(ring.interfaces(), interfaces());
     assert_eq!(drain(&mut *ring), (numbers.clone(), 0), "between two runs nothing is missing");
     // The first run has three files or more. One in the middle is removed.
@@ -235,12 +235,12 @@ fn a_ring_is_read_as_one_recording_and_says_what_is_missing() {
     assert!(files.len() >= 4, "{files:?}");
     let away = read(&files[1], false);
     fs::remove_file(&files[1]).unwrap();
-    let (found, missing) = drain(&mut *open_log(folder.path(), None).unwrap());
+    let (found, missing) = drain(&mut *open_log(folder.path(), None, &[]).unwrap());
     assert_eq!(missing, away.len() as u64);
     assert!(found.into_iter().eq(numbers.into_iter().filter(|n| !away.contains(n))));
     // For a folder without a recording, the error says what to name.
     let empty = tempfile::tempdir().unwrap();
-    let error = open_log(empty.path(), None).map(drop).unwrap_err().to_string();
+    let error = open_log(empty.path(), None, &[]).map(drop).unwrap_err().to_string();
     assert!(error.contains("recordings/ring"), "{error}");
 }
 

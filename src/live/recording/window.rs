@@ -137,7 +137,7 @@ impl RecordedWindow {
         path: &Path,
         assembler: Assembler,
     ) -> Result<Option<u64>, SourceError> {
-        let source = open_log(path, Some(assembler.layout()))?;
+        let source = open_log(path, Some(assembler.layout()), &[])?;
         for sample in Samples::new(source, assembler, BATCH_FRAMES) {
             let sample = sample?;
             if sample.stamp_ns == self.first_stamp_ns {

@@ -1,5 +1,6 @@
 //! `didim compare`: compares the methods on one experiment.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -281,7 +282,12 @@ fn experiment(
             .map_err(|error| CliError::from_failure(format!("{name}: {error}")))?;
         let piece = Piece::new(0.0, measurement);
         return Ok((
-            CountedPiece { piece, counted_range: counted, recording_start: None },
+            CountedPiece {
+                piece,
+                counted_range: counted,
+                recording_start: None,
+                unused_frames: BTreeMap::new(),
+            },
             Some(scenario),
         ));
     }

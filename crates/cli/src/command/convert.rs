@@ -62,7 +62,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         }
         return print(&format!("{} written\n", output.display()));
     }
-    let record = read_input(&opened, &cell, arguments.sample_rate)?;
+    let record = read_input(&opened, &cell, arguments.sample_rate, &[])?;
     let notes = record.notes();
     let Some(measurement) = record.into_whole() else {
         let why = format!("{}; convert whole pieces, one by one", notes.join("; "));

@@ -43,11 +43,11 @@ pub(super) fn write_candump(input: &Path, output: &Path) -> Result<(), CliError>
 /// recording. Adds the joint curves if the cell has a bus.
 pub(super) fn write_mcap(input: &Path, output: &Path, cell: &Cell) -> Result<(), CliError> {
     let layout = cell.bus().ok().map(|bus| &bus.layout);
-    let mut source = open_log(input, layout).map_err(CliError::from_failure)?;
+    let mut source = open_log(input, layout, &[]).map_err(CliError::from_failure)?;
     write_whole(output, |out| {
         // Each line of a log names its interface, but a recording lists all interfaces at its
         // beginning. The log is therefore read twice.
-        let mut names = open_log(input, layout).map_err(CliError::from_failure)?;
+        let mut names = open_log(input, layout, &[]).map_err(CliError::from_failure)?;
         let mut batch: Vec<Frame> = Vec::with_capacity(BATCH_FRAMES);
         while names.receive(&mut batch, Duration::ZERO).map_err(CliError::from_failure)?
             != Received::End

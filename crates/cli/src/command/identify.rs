@@ -1,6 +1,7 @@
 //! `didim identify`: identifies offline, from a table or a log of frames.
 
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 use std::ops::{Range, RangeInclusive};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -127,6 +128,9 @@ struct Output<'a> {
     readings: Option<&'a DriveReadings>,
     #[serde(skip_serializing_if = "<[_]>::is_empty")]
     recordings: &'a [RecordingLine],
+    /// Numbers of frames and bus cycles that are not used, by cause, in all recordings together.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    unused_frames: BTreeMap<&'static str, u64>,
     /// Predictions of the designed motion, compared with the result.
     #[serde(skip_serializing_if = "<[_]>::is_empty")]
     #[serde(rename = "foretold")]
@@ -222,6 +226,7 @@ struct RecordingEntry {
     name: String,
     what_counted: String,
     recording_start: Option<RecordingStart>,
+    unused_frames: BTreeMap<&'static str, u64>,
     range: SampleRange,
 }
 
@@ -229,7 +234,8 @@ impl RecordingEntry {
     fn new(input: usize, path: &Path, piece: &CountedPiece) -> Self {
         let name = path.display().to_string() + &piece.recording_begin();
         let (what_counted, range) = (piece.counted_text(), piece.sample_range());
-        Self { input, name, what_counted, recording_start: piece.recording_start, range }
+        let (recording_start, unused_frames) = (piece.recording_start, piece.unused_frames.clone());
+        Self { input, name, what_counted, recording_start, unused_frames, range }
     }
 }
 
@@ -384,8 +390,20 @@ fn json_text(
     let elapsed_ms = elapsed.as_secs_f64() * 1e3;
     let recorded = reported.first().and_then(|first| first.recording_start);
     let readings = reported.first().filter(|_| reported.len() == 1).map(|one| one.range.readings());
-    let output =
-        Output { estimate, reduction, recorded, readings, recordings, predicted, elapsed_ms };
+    let mut unused_frames: BTreeMap<&'static str, u64> = BTreeMap::new();
+    for (cause, count) in reported.iter().flat_map(|piece| &piece.unused_frames) {
+        *unused_frames.entry(cause).or_default() += count;
+    }
+    let output = Output {
+        estimate,
+        reduction,
+        recorded,
+        readings,
+        recordings,
+        unused_frames,
+        predicted,
+        elapsed_ms,
+    };
     let json = serde_json::to_string(&output).map_err(CliError::from_failure)?;
     Ok(format!("{json}\n"))
 }

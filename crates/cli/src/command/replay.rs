@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use didim_drivers::source::InterfaceName;
 use didim_dynamics::robot::Robot;
 use didim_identification::identification::Identification;
 
@@ -16,7 +17,7 @@ use crate::stream::InputFileOrStream;
 use crate::terminal::print_for_terminal;
 use didim::analysis::identify::{LastIdentification, LastWindow};
 use didim::cell::Cell;
-use didim::live::recording::{RecordedWindow, open_log};
+use didim::live::recording::{NamedInterfaces, RecordedWindow, open_bus_log};
 use didim::live::stream::Pace;
 use didim::live::worker::TimeOfDay;
 use didim::report;
@@ -32,6 +33,10 @@ pub(crate) struct Arguments {
     cell: PathBuf,
     /// The candump log, MCAP recording, EtherCAT capture (pcap, pcapng), or the folder of a ring
     log: PathBuf,
+    /// The interface of a log or a recording whose frames count; repeat for several. Without it
+    /// those of the cell's bus, where several have the same identifiers
+    #[arg(long = "interface", value_name = "NAME")]
+    interfaces: Vec<InterfaceName>,
     /// Store the results in this folder, as `run` does; otherwise only the last one is shown
     #[arg(long, value_name = "FOLDER")]
     state: Option<PathBuf>,
@@ -53,9 +58,11 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let Arguments { cell: cell_file, log, figure, report, .. } = arguments;
     check_outputs(figure.iter().chain(report), &[cell_file, log, &cell.robot_file])?;
     let input = InputFileOrStream::open(log)?;
-    let layout = &cell.bus().map_err(CliError::from_configuration)?.layout;
+    let bus = cell.bus().map_err(CliError::from_configuration)?;
+    let configured = bus.interfaces();
+    let named = NamedInterfaces { requested: &arguments.interfaces, configured: &configured };
     let source = input.with_displayed_path(
-        open_log(input.path(), Some(layout)).map_err(CliError::from_failure),
+        open_bus_log(input.path(), &bus.layout, named).map_err(CliError::from_failure),
     )?;
     let since_1970_ns = source.since_1970_ns();
     let one_run = OneRun::new(arguments.state.clone()).map_err(CliError::from_failure)?;

@@ -90,7 +90,7 @@ fn a_recording_has_the_curves_of_the_joints_next_to_its_frames() {
     let folder = Folder::new();
     let recording = folder.path("arm.mcap");
     didim(&["convert", "--cell", &packed_cell(), &data().packed_log, &recording]).done();
-    let log = read_log(data().packed_log.as_ref(), &cell(&packed_cell())).unwrap();
+    let log = read_log(data().packed_log.as_ref(), &cell(&packed_cell()), &[]).unwrap();
     let samples = log.into_whole().unwrap().signals.position_rad[0].len();
     let topics = list_bag(recording.as_ref()).unwrap().topics;
     let joint_states = topics.iter().find(|topic| topic.name == "/joint_states").unwrap();
@@ -121,7 +121,7 @@ fn the_reference_of_the_next_sync_survives() {
     didim(&["convert", "--cell", &cell_file, &table, &log]).done();
     let cell = cell(&cell_file);
     let [before, after] = [&data().cia402_log, &log]
-        .map(|file| read_log(file.as_ref(), &cell).unwrap().into_whole().unwrap().signals);
+        .map(|file| read_log(file.as_ref(), &cell, &[]).unwrap().into_whole().unwrap().signals);
     assert_eq!((before.position_rad[0].len(), after.position_rad[0].len()), (3969, 3968));
     // The same drive units, one cycle later.
     for (before, after) in [
@@ -170,7 +170,7 @@ fn joint_side_tables_become_motor_side_logs() {
     let file = std::fs::File::create(&table).unwrap();
     didim_formats::write_csv(&recording, file, table.as_ref()).unwrap();
     didim(&["convert", "--cell", &packed_cell(), &table, &log]).done();
-    assert_eq!(read_log(log.as_ref(), &cell).unwrap(), motor.into());
+    assert_eq!(read_log(log.as_ref(), &cell, &[]).unwrap(), motor.into());
 }
 
 /// The same drives described by a DBC file and by their device file: a log gives the same samples,

@@ -19,23 +19,21 @@ fn refused(corrupt: impl FnOnce(&mut Vec<String>), says: &[&str]) {
     assert_eq!(folder.names(), ["damaged.log"]);
 }
 
+/// A recorder that was killed, and a disk that is full, leave half a line. A line that looks whole
+/// may lack its last bytes.
 #[test]
 fn a_log_cut_off_in_a_line() {
-    refused(
-        |lines: &mut Vec<String>| {
-            lines.truncate(30_000);
-            lines[29_999].truncate(100);
-        },
-        &[":30000:", "cut off", "delete that line"],
-    );
-    // A line that looks whole may lack its last bytes.
-    refused(
-        |lines: &mut Vec<String>| {
-            let last = lines.last_mut().unwrap();
-            last.truncate(last.len() - 1);
-        },
-        &[":39700:", "no newline"],
-    );
+    let text = std::fs::read_to_string(&data().packed_log).unwrap();
+    let lines: Vec<&str> = text.split_inclusive('\n').collect();
+    let (folder, cell) = (Folder::new(), packed_cell());
+    for (whole_lines, rest) in [(29_999, 100), (39_699, lines[39_699].len() - 1)] {
+        let cut = lines[..whole_lines].concat() + &lines[whole_lines][..rest];
+        let log = folder.file("cut.log", &cut);
+        let identified = didim(&["identify", "--cell", &cell, "--input", &log, "--json"]);
+        let warnings = identified.stderr.matches("cut off in its last line").count();
+        let json: serde_json::Value = serde_json::from_str(&identified.done()).unwrap();
+        assert_eq!((json["samples"].as_u64(), warnings), (Some(whole_lines as u64), 1));
+    }
 }
 
 #[test]
@@ -45,7 +43,8 @@ fn a_malformed_line() {
     refused(corrupt("\n"), &[":1234:", "empty", "delete it"]);
     refused(corrupt("(0.2466) can0 1000##1\n"), &[":1234:", "identifier", "three hexadecimal"]);
     refused(corrupt("(0.2466) can0 100##10\n"), &[":1234:", "pairs of hexadecimal digits"]);
-    refused(corrupt("(0.2466) can0 100 [8] 00 11\n"), &[":1234:", "123#1122"]);
+    refused(corrupt("(0.2466) can0 100 [8] 00 11\n"), &[":1234:", "bytes of data"]);
+    refused(corrupt("(0.2466) can0 100 0011\n"), &[":1234:", "123#1122"]);
 }
 
 #[test]

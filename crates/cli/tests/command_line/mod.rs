@@ -14,6 +14,7 @@ mod fleet;
 mod golden;
 mod history;
 mod identification;
+mod log_forms;
 mod logs;
 mod manual;
 mod outputs;

@@ -14,13 +14,13 @@ use crate::program::Installation;
 fn a_replay_refuses_what_identify_refuses_and_writes_no_figure() {
     let folder = Folder::new();
     let lines = head(&data().packed_log, 2_000);
-    let cut = folder.file("cut.log", &lines[..lines.len() - 1]);
+    let zero = folder.file("zero.log", &format!("{lines}\n"));
     let malformed = folder.file("malformed.log", &format!("{lines}hello\n"));
     let empty = folder.file("empty.log", "");
     let missing = folder.path("missing.log");
     let (cell, figure) = (packed_cell(), folder.path("out.svg"));
     let cases: [(&str, &[&str]); 4] = [
-        (&cut, &["cut.log:2000:", "no newline", "delete that line"]),
+        (&zero, &["zero.log:2001:", "empty", "delete it"]),
         (&malformed, &["malformed.log:2001:", "no time stamp"]),
         (&empty, &["no complete sample", "layout"]),
         (&missing, &["missing.log", "No such file", "check the path"]),
@@ -28,7 +28,7 @@ fn a_replay_refuses_what_identify_refuses_and_writes_no_figure() {
     for (log, says) in cases {
         didim(&["replay", "--cell", &cell, log, "--json", "--figure", &figure]).refused(1, says);
     }
-    assert_eq!(folder.names(), ["cut.log", "empty.log", "malformed.log"]);
+    assert_eq!(folder.names(), ["empty.log", "malformed.log", "zero.log"]);
 }
 
 /// Torques in a unit of a fifth: no window and no file gets past the limits of the arm.

@@ -136,7 +136,7 @@ pub(super) fn identify(cell: &Cell, folder: &Path, cycles: &[Vec<Frame>]) -> (Ou
         writer.write(frame).unwrap();
     }
     writer.finish().unwrap();
-    let record = match read_log(&log, cell) {
+    let record = match read_log(&log, cell, &[]) {
         Ok(record) => record,
         Err(error @ LogError::NoSample { .. }) => {
             return (Outcome::none("no-sample", error.to_string()), 0);

@@ -16,6 +16,20 @@ use super::field::{NS_PER_S, bytes, channel_name, parse_digits, stamp_ns};
 use crate::frame::{Direction, Frame, FrameId, FrameKind};
 use crate::source::InterfaceName;
 
+/// Flag of a frame of CAN FD, in the flags of a `CANFD` line.
+const FLAG_EXTENDED_DATA_LENGTH: u64 = 0x1000;
+
+/// Returns true if the first line is a frame of a log without a header.
+pub(super) fn is_frame_line(begin: &[u8]) -> bool {
+    let line = begin.split(|byte| *byte == b'\n').next().unwrap_or_default();
+    let fields: Vec<&[u8]> =
+        line.split(u8::is_ascii_whitespace).filter(|field| !field.is_empty()).take(4).collect();
+    let [time, channel, third, fourth] = fields[..] else { return false };
+    let is_time = stamp_ns(time, NS_PER_S).is_ok() && time.contains(&b'.');
+    let is_fd = channel == b"CANFD" && channel_name(third).is_some();
+    is_time && parse_direction(fourth).is_some() && (is_fd || channel_name(channel).is_some())
+}
+
 /// Parser of an ASC log, with the settings of the header. If stamps are relative to the previous
 /// line, the parser also stores the time of that line.
 #[derive(Clone, Debug)]
@@ -120,8 +134,13 @@ impl AscParser {
         fields.next();
         let length =
             fields.next().and_then(|length| parse_digits(length, 10)).ok_or(LineFault::Length)?;
-        let (payload, length) = bytes(fields, length, self.base)?;
-        let kind = FrameKind::Fd { bit_rate_switch, error_state_indicator };
+        let (payload, length) = bytes(fields.by_ref(), length, self.base)?;
+        // Duration and length on the bus precede the flags. Without flags the line is of CAN FD.
+        let flags = fields.nth(2).and_then(|flags| parse_digits(flags, 16));
+        let kind = match flags {
+            Some(flags) if flags & FLAG_EXTENDED_DATA_LENGTH == 0 => FrameKind::Classic,
+            _ => FrameKind::Fd { bit_rate_switch, error_state_indicator },
+        };
         Ok(Some((channel, Frame::new(id, kind, &payload[..length])?.with_direction(direction))))
     }
 

@@ -1,9 +1,12 @@
 //! Conversion of one line of a log to one frame.
 
-use super::field::{NS_PER_S, parse_digits, stamp_ns};
+use super::field::{NS_PER_S, bytes, parse_digits, stamp_ns};
 use super::{ERROR_FLAG, FLAG_BRS, FLAG_ESI, FLAG_FDF, LineFault};
 use crate::frame::{Direction, Frame, FrameId, FrameKind, MAX_PAYLOAD};
 use crate::source::InterfaceName;
+
+/// Days from 1 March of year 0 to 1 January 1970.
+const DAYS_TO_1970: u64 = 719_468;
 
 /// Parses a line without its newline. Returns the name of the interface and the frame. The
 /// interface index of the frame is 0.
@@ -13,9 +16,18 @@ pub(super) fn parse(line: &[u8]) -> Result<(InterfaceName, Frame), LineFault> {
         return Err(LineFault::Empty);
     }
     let mut fields = line.split(|&byte| byte == b' ').filter(|field| !field.is_empty());
-    let stamp_ns = parse_stamp(fields.next().ok_or(LineFault::Stamp)?)?;
+    let first = fields.next().ok_or(LineFault::Stamp)?;
+    let stamp_ns = match first.contains(&b'-') {
+        true => parse_date(first, fields.next().unwrap_or_default())?,
+        false => parse_stamp(first)?,
+    };
     let name = fields.next().and_then(InterfaceName::from_bytes).ok_or(LineFault::Interface)?;
-    let frame = parse_frame(fields.next().ok_or(LineFault::Frame)?)?;
+    let field = fields.next().ok_or(LineFault::Frame)?;
+    if !field.contains(&b'#') {
+        let frame = parse_screen_frame(field, &mut fields)?;
+        return Ok((name, frame.with_stamp(stamp_ns)));
+    }
+    let frame = parse_frame(field)?;
     let direction = match fields.next() {
         None | Some(b"R") => Direction::Received,
         Some(b"T") => Direction::Transmitted,
@@ -40,19 +52,68 @@ fn parse_stamp(field: &[u8]) -> Result<u64, LineFault> {
     })
 }
 
+/// Parses a date and a time of `candump -tA`, `(2026-05-01` and `12:00:00.000000)`, as UTC.
+fn parse_date(date: &[u8], time: &[u8]) -> Result<u64, LineFault> {
+    let date = date.strip_prefix(b"(").ok_or(LineFault::Stamp)?;
+    let time = time.strip_suffix(b")").ok_or(LineFault::Stamp)?;
+    let numbers = |field: &[u8], between: u8| -> Option<[u64; 3]> {
+        let parts = field.split(|byte| *byte == between);
+        let numbers: Option<Vec<u64>> = parts.map(|part| parse_digits(part, 10)).collect();
+        numbers?.try_into().ok()
+    };
+    let seconds_at = time.iter().rposition(|byte| *byte == b':').ok_or(LineFault::Stamp)? + 1;
+    let within_minute = stamp_ns(time.get(seconds_at..).unwrap_or_default(), NS_PER_S)?;
+    let clock = time.get(..seconds_at.saturating_sub(1)).unwrap_or_default();
+    let clock = numbers(&[clock, b":0"].concat(), b':').ok_or(LineFault::Stamp)?;
+    let [year, month, day] = numbers(date, b'-').ok_or(LineFault::Stamp)?;
+    let is_date = (1970..=2500).contains(&year) && (1..=12).contains(&month) && day >= 1;
+    if !is_date || day > 31 || clock[0] > 23 || clock[1] > 59 {
+        return Err(LineFault::Stamp);
+    }
+    // Days since 1 March of year 0 in the Gregorian calendar, whose year begins with March here.
+    let (year, month) = if month > 2 { (year, month - 3) } else { (year - 1, month + 9) };
+    let days = 365 * year + year / 4 - year / 100 + year / 400 + (153 * month + 2) / 5 + day - 1;
+    let seconds = (days - DAYS_TO_1970) * 86_400 + clock[0] * 3600 + clock[1] * 60;
+    Ok(seconds * NS_PER_S + within_minute)
+}
+
+/// Parses a frame as candump shows it on the screen: `181   [8]  37 12 00 00 00 00 00 00`, with
+/// the direction before it (`RX - -`) where `-x` asked for it. A length of two digits is CAN FD.
+fn parse_screen_frame<'a>(
+    first: &'a [u8],
+    fields: &mut impl Iterator<Item = &'a [u8]>,
+) -> Result<Frame, LineFault> {
+    let (mut id, mut direction, mut flags) = (first, Direction::Received, [false; 2]);
+    if matches!(first, b"RX" | b"TX") {
+        direction = if first == b"TX" { Direction::Transmitted } else { Direction::Received };
+        let mut flag = |letter: &[u8]| fields.next().is_some_and(|field| field == letter);
+        flags = [flag(b"B"), flag(b"E")];
+        id = fields.next().ok_or(LineFault::Frame)?;
+    }
+    let [bit_rate_switch, error_state_indicator] = flags;
+    let (id, error) = parse_id(id)?;
+    let length = fields.next().and_then(|field| field.strip_prefix(b"[")?.strip_suffix(b"]"));
+    let length = length.ok_or(LineFault::Frame)?;
+    let is_fd = length.len() == 2;
+    let length = parse_digits(length, 10).ok_or(LineFault::Frame)?;
+    let mut fields = fields.peekable();
+    if fields.peek() == Some(&&b"remote"[..]) {
+        return Ok(Frame::remote(id, u8::try_from(length).unwrap_or(u8::MAX))?);
+    }
+    let (payload, length) = bytes(fields, length, 16)?;
+    let kind = match (error, is_fd) {
+        (true, _) => FrameKind::Error,
+        (false, true) => FrameKind::Fd { bit_rate_switch, error_state_indicator },
+        (false, false) => FrameKind::Classic,
+    };
+    Ok(Frame::new(id, kind, &payload[..length])?.with_direction(direction))
+}
+
 /// Parses a frame in one of the forms `ID#DATA`, `ID#R` and `ID##FDATA`.
 fn parse_frame(field: &[u8]) -> Result<Frame, LineFault> {
     let hash = field.iter().position(|&byte| byte == b'#').ok_or(LineFault::Frame)?;
     let (id, body) = (&field[..hash], &field[hash + 1..]);
-    let raw = parse_digits(id, 16).and_then(|raw| u32::try_from(raw).ok()).ok_or(LineFault::Id)?;
-    // The number of digits, and not the value, determines the format of the identifier. A flag in
-    // the identifier marks an error frame.
-    let (id, error) = match id.len() {
-        3 => (FrameId::Standard(u16::try_from(raw).map_err(|_| LineFault::Id)?), false),
-        8 if raw & ERROR_FLAG != 0 => (FrameId::Extended(raw & !ERROR_FLAG), true),
-        8 => (FrameId::Extended(raw), false),
-        _ => return Err(LineFault::Id),
-    };
+    let (id, error) = parse_id(id)?;
     match body {
         [b'#' | b'R', ..] if error => Err(LineFault::ErrorForm),
         [b'#', rest @ ..] => parse_fd(id, rest),
@@ -60,6 +121,19 @@ fn parse_frame(field: &[u8]) -> Result<Frame, LineFault> {
         data if error => Ok(Frame::new(id, FrameKind::Error, Payload::parse(data)?.bytes())?),
         data => parse_classic(id, data),
     }
+}
+
+/// Parses an identifier. Returns true for that of an error frame.
+fn parse_id(id: &[u8]) -> Result<(FrameId, bool), LineFault> {
+    let raw = parse_digits(id, 16).and_then(|raw| u32::try_from(raw).ok()).ok_or(LineFault::Id)?;
+    // The number of digits, and not the value, determines the format of the identifier. A flag in
+    // the identifier marks an error frame.
+    Ok(match id.len() {
+        3 => (FrameId::Standard(u16::try_from(raw).map_err(|_| LineFault::Id)?), false),
+        8 if raw & ERROR_FLAG != 0 => (FrameId::Extended(raw & !ERROR_FLAG), true),
+        8 => (FrameId::Extended(raw), false),
+        _ => return Err(LineFault::Id),
+    })
 }
 
 fn parse_fd(id: FrameId, body: &[u8]) -> Result<Frame, LineFault> {
@@ -204,8 +278,13 @@ mod tests {
             ("(1.0)", LineFault::Interface),
             ("(1.0) a_name_of_16_byte 123#11", LineFault::Interface),
             ("(1.0) can0", LineFault::Frame),
-            // Format of candump without -l or -L.
-            ("(1.0) can0 123 [2] 11 22", LineFault::Frame),
+            ("(1.0) can0 123 [2] 11", LineFault::Bytes),
+            ("(1.0) can0 123 [2 11 22", LineFault::Frame),
+            ("(1.0) can0 123 2 11 22", LineFault::Frame),
+            ("(1.0) can0 1234 [1] 11", LineFault::Id),
+            ("(2024-13-01 12:00:00.0) can0 123#", LineFault::Stamp),
+            ("(2024-05-01 25:00:00.0) can0 123#", LineFault::Stamp),
+            ("(2024-05-01) can0 123#", LineFault::Stamp),
             ("(1.0) can0 12#11", LineFault::Id),
             ("(1.0) can0 12345#11", LineFault::Id),
             ("(1.0) can0 12G#11", LineFault::Id),
@@ -229,6 +308,26 @@ mod tests {
             let line = format!("(1.0) can0 {impossible}");
             assert!(matches!(fault(&line), LineFault::Impossible(_)), "{line:?}");
         }
+    }
+
+    #[test]
+    fn what_candump_shows_on_the_screen_is_read() {
+        let logged = frame("(1714564800.000133) can0 181#37120000000000FF");
+        for shown in [
+            " (1714564800.000133)  can0  181   [8]  37 12 00 00 00 00 00 FF",
+            " (2024-05-01 12:00:00.000133)  can0  181   [8]  37 12 00 00 00 00 00 FF   '7.......'",
+            " (1714564800.000133)  can0  RX - -  181   [8]  37 12 00 00 00 00 00 FF",
+        ] {
+            assert_eq!(frame(shown), logged, "{shown}");
+        }
+        assert_eq!(frame("(0.0)  can0  080   [0]  "), frame("(0.0) can0 080#"));
+        let fd = frame("(0.0)  can0  TX B -  123  [02]  11 22");
+        assert_eq!(fd, frame("(0.0) can0 123##11122 T"));
+        assert_eq!(frame("(0.0)  can0  123   [2]  remote request"), frame("(0.0) can0 123#R2"));
+        let error = "(0.0)  can0  20000004   [8]  00 0C 00 00 00 00 00 00   ERRORFRAME";
+        assert_eq!(frame(error), frame("(0.0) can0 20000004#000C000000000000"));
+        assert_eq!(frame("(1970-01-01 00:00:01.5) can0 123#").stamp_ns, 1_500_000_000);
+        assert_eq!(frame("(2000-02-29 00:00:00.0) can0 123#").stamp_ns, 951_782_400_000_000_000);
     }
 
     proptest! {

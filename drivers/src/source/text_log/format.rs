@@ -1,6 +1,6 @@
 //! Detection of the kind of a log by its first line, and conversion of its lines to frames.
 
-use super::asc::AscParser;
+use super::asc::{self, AscParser};
 use super::trc::TrcParser;
 use super::{LineFault, candump};
 use crate::frame::Frame;
@@ -24,7 +24,9 @@ impl Format {
         };
         if line.starts_with(b";") {
             Self::Trc(TrcParser::default())
-        } else if begins(&["date ", "base ", "// version", "begin trigger"]) {
+        } else if begins(&["date ", "base ", "// version", "begin trigger"])
+            || asc::is_frame_line(line)
+        {
             Self::Asc(AscParser::default())
         } else {
             Self::Candump
@@ -44,6 +46,8 @@ impl Format {
         line: &[u8],
     ) -> Result<Option<(InterfaceName, Frame)>, LineFault> {
         match self {
+            // `candump -e` explains an error frame in a line of its own.
+            Self::Candump if line.starts_with(b"\t") => Ok(None),
             Self::Candump => candump::parse(line).map(Some),
             Self::Asc(asc) => asc.parse(line),
             Self::Trc(trc) => trc.parse(line),

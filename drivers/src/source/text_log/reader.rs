@@ -2,7 +2,7 @@
 
 use core::time::Duration;
 use std::fs::File;
-use std::io::{BufRead, BufReader, Read};
+use std::io::{BufRead, BufReader, Read, Seek as _, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use super::format::Format;
@@ -37,20 +37,26 @@ pub struct TextLog<R = BufReader<File>> {
     /// Error that the next call returns, after the frames that precede it.
     failure: Option<TextLogError>,
     has_ended: bool,
+    /// True if the last line of the file is cut off. It is skipped.
+    is_truncated: bool,
     counters: SourceCounters,
 }
 
 impl TextLog {
     /// Returns true if a file begins like a log.
     pub fn is_one(path: &Path) -> bool {
-        let mut begin = Vec::new();
-        let read =
-            File::open(path).and_then(|file| file.take(DETECTION_BYTES).read_to_end(&mut begin));
+        let begin = begin_of(path);
         let first = begin.trim_ascii_start();
-        read.is_ok() && (first.starts_with(b"(") || !Format::detect(first).ends_lines())
+        first.starts_with(b"(") || !Format::detect(first).ends_lines()
     }
 
-    /// Opens a log.
+    /// Returns true if the last line of the log is cut off. Its frames are those of the lines
+    /// before.
+    pub fn is_truncated(&self) -> bool {
+        self.is_truncated
+    }
+
+    /// Opens a log. A last line that is cut off is skipped ([`TextLog::is_truncated`]).
     ///
     /// If `interfaces` is not empty, frames of other interfaces are skipped and counted. Otherwise
     /// the frames of all interfaces are returned. The interfaces are then numbered in the order of
@@ -60,7 +66,15 @@ impl TextLog {
     /// [`TextLogError::Open`].
     pub fn open(path: &Path, interfaces: &[InterfaceName]) -> Result<Self, TextLogError> {
         match File::open(path) {
-            Ok(file) => Ok(Self::new(BufReader::new(file), path, interfaces)),
+            Ok(mut file) => {
+                let open = |source| TextLogError::Open { path: path.into(), source };
+                let is_truncated = ends_without_newline(&mut file).map_err(open)?;
+                let log = Self::new(BufReader::new(file), path, interfaces);
+                Ok(Self {
+                    is_truncated: is_truncated && Format::detect(&begin_of(path)).ends_lines(),
+                    ..log
+                })
+            }
             Err(source) => Err(TextLogError::Open { path: path.into(), source }),
         }
     }
@@ -81,6 +95,7 @@ impl<R: BufRead> TextLog<R> {
             has_fixed_interfaces: !interfaces.is_empty(),
             failure: None,
             has_ended: false,
+            is_truncated: false,
             counters: SourceCounters::default(),
         }
     }
@@ -131,6 +146,9 @@ impl<R: BufRead> TextLog<R> {
             self.has_ended = true;
             if self.format.as_ref().is_some_and(|format| !format.ends_lines()) {
                 return Ok(true);
+            }
+            if self.is_truncated {
+                return Ok(false);
             }
             return Err(TextLogError::Truncated { path: self.path.clone(), line: self.line });
         }
@@ -201,6 +219,24 @@ impl<R: BufRead + Send> Source for TextLog<R> {
     fn stamp_clock(&self) -> StampClock {
         StampClock::Own
     }
+}
+
+/// Returns the first bytes of a file; nothing if it cannot be read.
+fn begin_of(path: &Path) -> Vec<u8> {
+    let mut begin = Vec::new();
+    let _ = File::open(path).and_then(|file| file.take(DETECTION_BYTES).read_to_end(&mut begin));
+    begin
+}
+
+/// Returns true if the last byte of a file is no newline, and goes back to its beginning.
+fn ends_without_newline(file: &mut File) -> std::io::Result<bool> {
+    let mut last = [b'\n'];
+    if file.metadata()?.len() > 0 {
+        file.seek(SeekFrom::End(-1))?;
+        file.read_exact(&mut last)?;
+        file.rewind()?;
+    }
+    Ok(last != *b"\n")
 }
 
 #[cfg(test)]

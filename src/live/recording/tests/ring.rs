@@ -82,7 +82,7 @@ fn a_file_that_is_there_whole_and_in_part_counts_once() {
     let part = folder.path().join("segment-00000003.mcap.part");
     killed(&part, 0..200);
     didim_drivers::source::mcap::repair_recording(&part, &complete).unwrap();
-    let mut source = open_log(folder.path(), None).unwrap();
+    let mut source = open_log(folder.path(), None, &[]).unwrap();
     assert!(drain(&mut *source).0.into_iter().eq(0..200), "each frame once");
     let ring = Ring::open(folder.path(), 10_000_000).unwrap();
     assert_eq!((ring.repaired_count(), ring.complete_files().len()), (0, 1));
