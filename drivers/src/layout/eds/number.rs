@@ -3,9 +3,9 @@
 /// Returns the value of a number for a node, or a description of the error.
 ///
 /// A decimal number must not have a leading zero, because some tools would read it as octal and
-/// others would not.
+/// others would not. A comment after the number is ignored.
 pub(super) fn parse(text: &str, node: u8) -> Result<u64, String> {
-    let text = text.trim();
+    let text = text.split(';').next().unwrap_or_default().trim();
     let compact: String = text.chars().filter(|c| !c.is_whitespace()).collect();
     let lower = compact.to_lowercase();
     const NODE_VARIABLE: &str = "$nodeid";
@@ -55,10 +55,13 @@ mod tests {
             ("0x80000000+$NODEID", 0x8000_0005),
             ("$NODEID", 5),
             ("0x40000180 + $nodeid", 0x4000_0185),
+            ("0x03 ; default", 3),
         ] {
             assert_eq!(parse(text, 5), Ok(value), "{text}");
         }
-        for text in ["", "080", "0x", "1.5", "-1", "$NODE+1", "$NODEID+", "$NODEID-1", "+$NODEID"] {
+        for text in
+            ["", "; 3", "080", "0x", "1.5", "-1", "$NODE+1", "$NODEID+", "$NODEID-1", "+$NODEID"]
+        {
             assert!(parse(text, 5).is_err(), "{text}");
         }
         assert!(parse("0x10000000000000000", 5).is_err());

@@ -183,13 +183,19 @@ impl Pdo {
                 &kind,
                 format!("type {every} is sent at every {every}th SYNC only; set it to 1"),
             )),
-            (_, other) => Err(dictionary.value_error(
-                &kind,
-                format!(
-                    "type {other} does not go by the SYNC, so its values have no instant; set it \
-                     to 1 (synchronous) in the drive and give its DCF"
-                ),
-            )),
+            (_, other) => {
+                let index = self.direction.first_objects().0 + self.number;
+                let timer_ms = dictionary.value(index, 5)?.map_or(0, |timer| timer.number);
+                let cycle = match timer_ms {
+                    0 => String::new(),
+                    _ => format!(" (its event timer sends it every {timer_ms} ms)"),
+                };
+                let problem = format!(
+                    "type {other} does not go by the SYNC{cycle}, so its values have no instant; \
+                     set it to 1 (synchronous) in the drive and give its DCF"
+                );
+                Err(dictionary.value_error(&kind, problem))
+            }
         }
     }
 
