@@ -20,8 +20,8 @@ use didim::live::recording::is_mcap;
 use didim::report::html::SampleRange;
 use didim::window::DriveReadings;
 use didim_formats::{
-    Measurement, Piece, Record, RecordingStart, TimeLimits, is_parquet, is_sqlite, read_bag,
-    read_table,
+    Measurement, Piece, Record, RecordingStart, TimeLimits, foreign_container, is_parquet,
+    is_sqlite, read_bag, read_table,
 };
 
 /// Reads a robot file, or a URDF with the ends of its arm.
@@ -276,6 +276,9 @@ fn read_file(
     let (path, source) = (input.path(), signal_source(input, cell));
     if let Some(spec) = cell.bag.as_ref().filter(|_| source == SignalSource::Bag) {
         return read_bag(path, spec).map_err(CliError::from_failure);
+    }
+    if let Some(container) = foreign_container(path) {
+        return Err(CliError::in_file(path, container));
     }
     let has_bus = cell.bus().is_ok();
     if source == SignalSource::Table {

@@ -66,6 +66,7 @@ mod bag;
 mod capacity;
 mod code;
 mod columns;
+mod container;
 mod export;
 mod free_memory;
 #[cfg(feature = "parquet")]
@@ -88,6 +89,7 @@ pub use code::{CodeError, CodeModel, to_c, to_rust};
 pub use columns::{
     AXIS_PLACEHOLDER, AxisColumns, Columns, INDEX_PLACEHOLDER, Quantity, TimeColumns,
 };
+pub use container::foreign_container;
 pub use export::{
     ExportError, ExportKind, ExportModel, LeftOut, to_matlab, to_mjcf, to_robot_file, to_urdf,
 };

@@ -13,7 +13,7 @@ use crate::output::{check_place, print, write_text};
 use didim::cell::{Cell, CellError};
 use didim::live::recording::is_mcap;
 use didim::proposal::{Answers, Entry, Evidence, Proposal, Sources, ValueOrigin, propose};
-use didim_formats::is_sqlite;
+use didim_formats::{foreign_container, is_sqlite};
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
@@ -67,6 +67,11 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         let explanation = "--log is a table, and this is a bag; name it with --bag, or the bus \
             with --dbc or --eds";
         return Err(CliError::Usage(explanation.to_owned()));
+    }
+    if let Some((log, container)) =
+        log.as_ref().and_then(|log| Some((log, foreign_container(log)?)))
+    {
+        return Err(CliError::in_file(log, container));
     }
     let (table, log) = if is_bus { (None, log.clone()) } else { (log.clone(), None) };
     let (bag, dbc, eds) = (bag.clone(), dbc.clone(), eds.clone());

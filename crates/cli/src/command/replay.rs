@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use didim_drivers::source::InterfaceName;
 use didim_dynamics::robot::Robot;
+use didim_formats::foreign_container;
 use didim_identification::identification::Identification;
 
 use crate::CliError;
@@ -58,6 +59,9 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let Arguments { cell: cell_file, log, figure, report, .. } = arguments;
     check_outputs(figure.iter().chain(report), &[cell_file, log, &cell.robot_file])?;
     let input = InputFileOrStream::open(log)?;
+    if let Some(container) = foreign_container(input.path()) {
+        return Err(CliError::in_file(log, container));
+    }
     let bus = cell.bus().map_err(CliError::from_configuration)?;
     let configured = bus.interfaces();
     let named = NamedInterfaces { requested: &arguments.interfaces, configured: &configured };
