@@ -56,7 +56,7 @@ pub fn foreign_container(path: &Path) -> Option<String> {
     let mut begin = Vec::new();
     File::open(path).and_then(|file| file.take(INSPECTED_BYTES).read_to_end(&mut begin)).ok()?;
     let (name, remedy) = if begin.starts_with(b"PK\x03\x04") {
-        zip_content(&begin)
+        zip_content(&begin, path)
     } else {
         let found = CONTAINERS.iter().find(|(magic, ..)| begin.starts_with(magic))?;
         (found.1, found.2)
@@ -64,12 +64,13 @@ pub fn foreign_container(path: &Path) -> Option<String> {
     Some(format!("this is {name}, which is not read; {remedy}"))
 }
 
-/// Returns the kind of a ZIP file by the name of its first entry, which begins at byte 30.
-fn zip_content(begin: &[u8]) -> (&'static str, &'static str) {
+/// Returns the kind of a ZIP file by the name of its first entry, or by its own name.
+fn zip_content(begin: &[u8], path: &Path) -> (&'static str, &'static str) {
     let holds = |part: &[u8]| begin.windows(part.len()).any(|window| window == part);
-    if holds(b".npy") {
+    let is = |extension: &str| path.extension().is_some_and(|own| own == extension);
+    if holds(b".npy") || is("npz") {
         ("a NumPy archive (NPZ)", "write its arrays as CSV with numpy.savetxt")
-    } else if holds(b"[Content_Types].xml") || holds(b"_rels/") || holds(b"xl/") {
+    } else if holds(b"[Content_Types].xml") || holds(b"_rels/") || holds(b"xl/") || is("xlsx") {
         ("a spreadsheet (XLSX)", "save it as CSV (UTF-8)")
     } else {
         ("a ZIP archive", "extract it, and give the file in it")

@@ -258,12 +258,12 @@ fn printed_quarter_turns_are_quarter_turns() {
 /// 3.14 is not half a turn. It is noted where axes are nearly parallel or perpendicular by it.
 #[test]
 fn quarter_turns_with_few_digits_are_noted() {
-    let notes = |angle: &str, axis: &str| {
+    fn notes(angle: &str, axis: &str) -> Vec<UrdfNote> {
         let origin = format!("<origin xyz=\"0.5 0 0.1\" rpy=\"{angle} 0 0\"/>");
         let text = two_links("", "").replace("<origin xyz=\"0.5 0 0\"/>", &origin);
         let text = text.replace("<axis xyz=\"0 1 0\"/>", &format!("<axis xyz=\"{axis}\"/>"));
         UrdfArm::read(&text, None, None).unwrap().notes().to_vec()
-    };
+    }
     for (angle, axis, error) in
         [("3.14", "0 0 1", 1.59e-3), ("-1.57", "0 0 1", 7.96e-4), ("3.14", "0 1 0", 1.59e-3)]
     {
@@ -285,11 +285,11 @@ fn quarter_turns_with_few_digits_are_noted() {
 /// Offsets of CAD exports cancel to a rest of their last digits.
 #[test]
 fn offsets_that_cancel_are_zero() {
-    let toml = |rest: &str| {
+    fn toml(rest: &str) -> (String, Vec<UrdfNote>) {
         let text = two_links("", "").replace("0.5 0 0", &format!("{rest} 0 0"));
         let arm = UrdfArm::read(&text, None, None).unwrap();
         (arm.to_toml(&UrdfDrives::with_assumed_drives(2)), arm.notes().to_vec())
-    };
+    }
     let (exact, _) = toml("0");
     let geometry = |toml: &str| toml.split("[nominal]").next().unwrap().to_owned();
     for rest in ["1e-10", "-3e-8", "1e-7", "9e-7"] {
@@ -341,10 +341,10 @@ fn attributes_that_are_not_read_are_named() {
     let text = two_links("", "<dynamics damping=\"1\" spring=\"2\"/>");
     let text = text.replace("effort=", "acceleration=\"9\" drake:x=\"1\" effort=");
     let arm = UrdfArm::read(&text, None, None).unwrap();
-    let unread = |element: &str, attribute: &str, line, places| {
+    fn unread(element: &str, attribute: &str, line: usize, places: usize) -> UrdfNote {
         let (element, attribute) = (element.to_owned(), attribute.to_owned());
         UrdfNote::UnreadAttribute(UnreadAttribute { element, attribute, line, places })
-    };
+    }
     let expected = [unread("limit", "acceleration", 5, 2), unread("dynamics", "spring", 6, 1)];
     assert_eq!(arm.notes(), expected);
 }
@@ -354,9 +354,9 @@ fn attributes_that_are_not_read_are_named() {
 #[test]
 fn a_file_that_other_readers_take_is_read() {
     let plain = two_links("", "");
-    let toml = |text: &str| {
+    fn toml(text: &str) -> String {
         UrdfArm::read(text, None, None).unwrap().to_toml(&UrdfDrives::with_assumed_drives(2))
-    };
+    }
     let declared = "xmlns:xacro=\"http://www.ros.org/wiki/xacro\" xmlns=\"http://a.org/xacro\"";
     for text in [
         plain.replace("<robot ", &format!("<robot {declared} ")),
@@ -397,13 +397,13 @@ fn a_limit_of_0_is_open() {
 /// The fingers of a gripper are no ends of an arm if one follows the other.
 #[test]
 fn an_arm_can_end_before_the_fork_of_a_gripper() {
-    let finger = |name: &str, inside: &str| {
+    fn finger(name: &str, inside: &str) -> String {
         format!(
             "<link name=\"{name}\"/><joint name=\"to_{name}\" type=\"prismatic\"><parent \
              link=\"flange\"/><child link=\"{name}\"/><limit lower=\"0\" upper=\"0.04\" \
              velocity=\"1\" effort=\"9\"/>{inside}</joint>"
         )
-    };
+    }
     let flange = "<link name=\"flange\"/><joint name=\"bolt\" type=\"fixed\"><parent \
         link=\"lower\"/><child link=\"flange\"/></joint>";
     let follower = finger("right", "<mimic joint=\"to_left\"/>");

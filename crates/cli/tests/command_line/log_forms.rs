@@ -18,14 +18,17 @@ struct LoggedFrame<'a> {
     data: &'a str,
 }
 
-fn frames(log: &str) -> Vec<LoggedFrame<'_>> {
-    let frame = |line| {
-        let mut fields = str::split(line, ' ');
+impl<'a> LoggedFrame<'a> {
+    fn parse(line: &'a str) -> Self {
+        let mut fields = line.split(' ');
         let stamp = fields.next().unwrap().trim_matches(['(', ')']);
         let (id, data) = fields.nth(1).unwrap().split_once('#').unwrap();
-        LoggedFrame { stamp, id, data }
-    };
-    log.lines().map(frame).collect()
+        Self { stamp, id, data }
+    }
+}
+
+fn frames(log: &str) -> Vec<LoggedFrame<'_>> {
+    log.lines().map(LoggedFrame::parse).collect()
 }
 
 fn spaced(data: &str) -> String {
@@ -66,9 +69,10 @@ fn the_form_of_a_log_does_not_change_its_samples() {
         let file = folder.path(name);
         fs::write(&file, form).unwrap();
         let read = record(&file, &[]);
-        let [first, whole] = [&read, &plain].map(|record| signals(record)[0].position_rad[0].len());
-        assert!(whole - first <= usize::from(name == "b.log"), "{name}: {first} of {whole}");
-        if first == whole {
+        let [first, complete] =
+            [&read, &plain].map(|record| signals(record)[0].position_rad[0].len());
+        assert!(complete - first <= usize::from(name == "b.log"), "{name}: {first} of {complete}");
+        if first == complete {
             assert_eq!(signals(&read), signals(&plain), "{name}");
         }
     }

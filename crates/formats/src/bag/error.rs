@@ -30,8 +30,8 @@ pub enum BagError {
     /// A bag in SQLite, and a build without the feature `sqlite`: take the package, or build with
     /// it.
     #[error(
-        "{}: a bag in SQLite; the Debian package reads it, and so can a build with `cargo build \
-        --release --features sqlite`; or write it anew with `ros2 bag convert` to the storage mcap",
+        "{}: a bag in SQLite. The Debian package reads it, and so does a build with `cargo build \
+        --release --features sqlite`. Or convert it: `ros2 bag convert` to the storage mcap",
         file.display()
     )]
     Sqlite {

@@ -293,13 +293,10 @@ impl UrdfFile {
     fn several_tips(&self, base: usize, ends: &[usize]) -> UrdfError {
         let route = |link: usize| self.route(base, link).unwrap_or_default();
         let routes: Vec<Vec<usize>> = ends.iter().map(|end| route(*end)).collect();
-        let shared = |one: &Vec<usize>, other: &Vec<usize>| {
-            one.iter().zip(other).take_while(|(one, other)| one == other).count()
-        };
         let mut forks: Vec<usize> = Vec::new();
         for (k, own) in routes.iter().enumerate() {
             let others = routes.iter().enumerate().filter(|(other, _)| *other != k);
-            let length = others.map(|(_, other)| shared(own, other)).max().unwrap_or(0);
+            let length = others.map(|(_, other)| common_length(own, other)).max().unwrap_or(0);
             let common = own.get(..length).unwrap_or_default();
             let fork = common.last().map_or(base, |joint| self.joints[*joint].child);
             let has_drive = common.iter().any(|joint| self.joints[*joint].is_moving());
@@ -331,6 +328,11 @@ impl UrdfFile {
         }
         poses
     }
+}
+
+/// Returns the number of equal joints at the beginning of two routes.
+fn common_length(one: &[usize], other: &[usize]) -> usize {
+    one.iter().zip(other).take_while(|(one, other)| one == other).count()
 }
 
 fn axis_of(

@@ -154,19 +154,19 @@ pub(super) fn parse_origin(node: Node<'_, '_>) -> Result<IsometryMatrix3<f64>, U
     Ok(IsometryMatrix3::from_parts(Translation3::from(place), rotation))
 }
 
-/// Returns an angle of the `<origin>` that is printed with too few digits to be a quarter turn, such
-/// as 3.14.
+/// Returns an angle of the `<origin>` that has too few digits to be a quarter turn, such as 3.14.
 pub(super) fn rough_quarter_turn(node: Node<'_, '_>) -> Option<String> {
     let rpy = single_child(node, "origin").ok()??.attribute("rpy")?;
-    let is_rough = |text: &&str| {
-        let angle: f64 = text.parse().unwrap_or_default();
-        let decimals = text.split_once('.').map_or(0, |(_, decimals)| decimals.len());
-        let quarter = FRAC_PI_2 * (angle / FRAC_PI_2).round();
-        let range = UrdfLimits::DEFAULT.printed_angle_rad..UrdfLimits::DEFAULT.rough_angle_rad;
-        let is_close = quarter != 0.0 && range.contains(&(angle - quarter).abs());
-        is_close && decimals <= UrdfLimits::DEFAULT.rough_decimals
-    };
-    rpy.split_whitespace().find(is_rough).map(str::to_owned)
+    rpy.split_whitespace().find(|text| is_rough_quarter_turn(text)).map(str::to_owned)
+}
+
+fn is_rough_quarter_turn(text: &str) -> bool {
+    let angle: f64 = text.parse().unwrap_or_default();
+    let decimals = text.split_once('.').map_or(0, |(_, decimals)| decimals.len());
+    let quarter = FRAC_PI_2 * (angle / FRAC_PI_2).round();
+    let range = UrdfLimits::DEFAULT.printed_angle_rad..UrdfLimits::DEFAULT.rough_angle_rad;
+    let is_close = quarter != 0.0 && range.contains(&(angle - quarter).abs());
+    is_close && decimals <= UrdfLimits::DEFAULT.rough_decimals
 }
 
 /// Returns the quaternion of an `<origin>`, if it has one. Printed quarter turns are exact ones.
@@ -178,12 +178,14 @@ fn quaternion(origin: Node<'_, '_>) -> Result<Option<UnitQuaternion<f64>>, UrdfE
         let text = origin.attribute(attribute).unwrap_or_default().to_owned();
         return Err(UrdfError::Number { text, attribute, expected, line: line(origin) });
     }
-    let exact = |entry: f64| {
-        let sizes = [0.0, 0.5, FRAC_1_SQRT_2];
-        let close = |size: &f64| (entry.abs() - size).abs() < UrdfLimits::DEFAULT.printed_angle_rad;
-        sizes.into_iter().find(close).map_or(entry, |size| size.copysign(entry))
-    };
-    Ok(Some(UnitQuaternion::from_quaternion(Quaternion::from(xyzw.map(exact)))))
+    Ok(Some(UnitQuaternion::from_quaternion(Quaternion::from(xyzw.map(exact_entry)))))
+}
+
+/// Returns the exact entry of a quaternion of quarter turns for a printed one.
+fn exact_entry(entry: f64) -> f64 {
+    let sizes = [0.0, 0.5, FRAC_1_SQRT_2];
+    let close = |size: &f64| (entry.abs() - size).abs() < UrdfLimits::DEFAULT.printed_angle_rad;
+    sizes.into_iter().find(close).map_or(entry, |size| size.copysign(entry))
 }
 
 /// Returns notes on the attributes that are not read, of the elements that the arm is read from.
@@ -203,7 +205,7 @@ pub(super) fn unread_attributes(root: Node<'_, '_>) -> Vec<UrdfNote> {
         };
         for attribute in node.attributes().filter(|attribute| attribute.namespace().is_none()) {
             let name = attribute.name();
-            if read.split(' ').any(|known| known == name) {
+            if read.split(' ').any(|other| other == name) {
                 continue;
             }
             let same =

@@ -9,8 +9,8 @@ pub(crate) struct UrdfLimits {
     /// Distance from a multiple of a quarter turn below which an angle is that multiple \[rad\].
     /// Derived: files print π/2 with at least five digits.
     pub printed_angle_rad: f64,
-    /// Largest difference between 1 and the length of a quaternion \[1\]. Derived: files print it with
-    /// at least four digits.
+    /// Largest difference between 1 and the length of a quaternion \[1\]. Derived: files print it
+    /// with at least four digits.
     pub quaternion_length: f64,
     /// Sine between two axes below which they count as parallel \[1\]. Derived: otherwise their
     /// common normal would be hundreds of metres away.

@@ -29,7 +29,7 @@ pub enum UrdfNote {
         /// The attribute.
         what: &'static str,
     },
-    /// A limit of the torque or force below the weight of the file's own bodies. It remains unknown.
+    /// A limit of the torque or force below the weight of the file's bodies. It remains unknown.
     PlaceholderEffort {
         /// The joints with this limit.
         joints: String,
@@ -114,9 +114,9 @@ impl fmt::Display for UrdfNote {
             }
             Self::PlaceholderEffort { joints, effort, gravity } => write!(
                 f,
-                "the effort {effort} in the <limit> of {joints} is taken for a placeholder: with the \
-                file's own masses gravity reaches {gravity:.1}. The limit is unknown; give it in \
-                [urdf.joints] of the cell"
+                "the effort {effort} in the <limit> of {joints} is taken for a placeholder: with \
+                the file's own masses gravity reaches {gravity:.1}. The limit is unknown; give it \
+                in [urdf.joints] of the cell"
             ),
             Self::Continuous { joint } => {
                 write!(

@@ -37,12 +37,12 @@ fn largest_static_torques(axes: &[ChainAxis], gravity: &Vector3<f64>) -> Vec<f64
         let mut motion = IsometryMatrix3::identity();
         // Mass and first moment of the links on each joint, in the frame of the base.
         let mut loads = Vec::new();
-        let mut moved = Vec::new();
+        let mut axes_now = Vec::new();
         for (number, axis) in axes.iter().enumerate() {
             let from = motion * Point3::from(axis.point_on_axis);
             let direction = motion.rotation * axis.direction;
             motion *= joint_motion(axis, spread(posture, number));
-            moved.push((from.coords, direction));
+            axes_now.push((from.coords, direction));
             let (mut mass, mut moment) = (0.0, Vector3::zeros());
             for body in axis.link_bodies() {
                 mass += body.mass_kg;
@@ -54,7 +54,7 @@ fn largest_static_torques(axes: &[ChainAxis], gravity: &Vector3<f64>) -> Vec<f64
         for (k, axis) in axes.iter().enumerate().rev() {
             mass += loads[k].0;
             moment += loads[k].1;
-            let (from, direction) = moved[k];
+            let (from, direction) = axes_now[k];
             let effort = match axis.is_prismatic {
                 true => direction.dot(gravity) * mass,
                 false => direction.dot(&(moment - from * mass).cross(gravity)),
