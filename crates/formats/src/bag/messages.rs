@@ -7,6 +7,8 @@ use std::path::{Path, PathBuf};
 
 use super::error::BagError;
 use super::mcap::{self, FileEnd, McapFault, McapRecord};
+#[cfg(feature = "sqlite")]
+use super::sqlite::{self, SqliteFault, StoredMessage};
 
 pub(super) const JOINT_STATE: &str = "sensor_msgs/msg/JointState";
 
@@ -104,7 +106,10 @@ fn read_sqlite(
     path: &Path,
     take: &mut impl FnMut(Message<'_>) -> Result<(), ReadingEnd>,
 ) -> Result<(), BagError> {
-    super::sqlite::read(path, take).map_err(|end| end.into_error(path))
+    let mut pass = |StoredMessage { kind, topic, log_ns, data }: StoredMessage<'_>| {
+        take(Message { kind, topic, log_ns, data })
+    };
+    sqlite::read(path, &mut pass).map_err(|end| end.into_error(path))
 }
 
 #[cfg(not(feature = "sqlite"))]
@@ -118,6 +123,8 @@ fn read_sqlite(
 /// Reason why reading of a file stops.
 pub(super) enum ReadingEnd {
     Bag(Box<BagError>),
+    #[cfg(feature = "sqlite")]
+    Sqlite(SqliteFault),
     File(McapFault),
 }
 
@@ -126,9 +133,18 @@ impl ReadingEnd {
         let file = path.to_path_buf();
         match self {
             Self::Bag(error) => *error,
+            #[cfg(feature = "sqlite")]
+            Self::Sqlite(SqliteFault(problem)) => BagError::Format { file, problem },
             Self::File(McapFault::Io(source)) => BagError::Io { file, source },
             Self::File(fault) => BagError::Format { file, problem: fault.to_string() },
         }
+    }
+}
+
+#[cfg(feature = "sqlite")]
+impl From<SqliteFault> for ReadingEnd {
+    fn from(fault: SqliteFault) -> Self {
+        Self::Sqlite(fault)
     }
 }
 

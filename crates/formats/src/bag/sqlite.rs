@@ -7,9 +7,6 @@ use rusqlite::config::DbConfig;
 use rusqlite::types::ValueRef;
 use rusqlite::{Connection, Error, OpenFlags};
 
-use super::error::BagError;
-use super::messages::{Message, ReadingEnd};
-
 /// The tables of a bag. A view in place of one could compute without end.
 const TABLES: &str =
     "SELECT count(*) FROM sqlite_master WHERE type = 'table' AND name IN ('messages', 'topics')";
@@ -17,18 +14,32 @@ const TABLES: &str =
 const MESSAGES: &str = "SELECT topics.type, topics.name, messages.timestamp, messages.data \
     FROM messages JOIN topics ON topics.id = messages.topic_id ORDER BY messages.id";
 
+/// A message of a file.
+pub(super) struct StoredMessage<'a> {
+    pub(super) kind: &'a str,
+    pub(super) topic: &'a str,
+    pub(super) log_ns: u64,
+    pub(super) data: &'a [u8],
+}
+
+/// Reason why a file cannot be read.
+pub(super) struct SqliteFault(pub(super) String);
+
+impl From<Error> for SqliteFault {
+    fn from(error: Error) -> Self {
+        Self(format!("SQLite: {error}"))
+    }
+}
+
 /// Passes every message of a file to `take`.
-pub(super) fn read(
+pub(super) fn read<E: From<SqliteFault>>(
     path: &Path,
-    take: &mut impl FnMut(Message<'_>) -> Result<(), ReadingEnd>,
-) -> Result<(), ReadingEnd> {
-    let wrong = |error: Error| BagError::Format {
-        file: path.to_path_buf(),
-        problem: format!("SQLite: {error}"),
-    };
+    take: &mut impl FnMut(StoredMessage<'_>) -> Result<(), E>,
+) -> Result<(), E> {
+    let wrong = SqliteFault::from;
     if path.starts_with("/proc") {
         let problem = "a bag in SQLite cannot be a stream; give its file".to_owned();
-        return Err(BagError::Format { file: path.to_path_buf(), problem }.into());
+        return Err(SqliteFault(problem).into());
     }
     let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
     let database = Connection::open_with_flags(path, flags).map_err(wrong)?;
@@ -36,8 +47,7 @@ pub(super) fn read(
     database.set_db_config(DbConfig::SQLITE_DBCONFIG_TRUSTED_SCHEMA, false).map_err(wrong)?;
     let tables: i64 = database.query_row(TABLES, [], |row| row.get(0)).map_err(wrong)?;
     if tables != 2 {
-        let problem = "it has no tables `messages` and `topics`".to_owned();
-        return Err(BagError::Format { file: path.to_path_buf(), problem }.into());
+        return Err(SqliteFault("it has no tables `messages` and `topics`".to_owned()).into());
     }
     let mut statement = database.prepare(MESSAGES).map_err(wrong)?;
     let mut rows = statement.query([]).map_err(wrong)?;
@@ -50,7 +60,7 @@ pub(super) fn read(
             ValueRef::Blob(data) => data,
             _ => &[],
         };
-        take(Message { kind, topic, log_ns: log_ns.try_into().unwrap_or_default(), data })?;
+        take(StoredMessage { kind, topic, log_ns: log_ns.try_into().unwrap_or_default(), data })?;
     }
     Ok(())
 }

@@ -7,7 +7,6 @@ use super::error::UrdfError;
 use super::file::{Body, CollisionCapsule, FileJoint, Inertial, JointType, Link, UrdfFile};
 use super::limits::UrdfLimits;
 use super::note::UrdfNote;
-use super::static_gravity::unset_placeholders;
 
 /// A driven joint of the chain, in the frame of the base at q = 0.
 #[derive(Clone, Debug, PartialEq)]
@@ -131,9 +130,6 @@ impl UrdfFile {
             axis.rough_angle = rough_angle.take();
             self.attach_fixed_links((joint.child, false), &moving, &poses, &mut axis, &mut chain);
             chain.axes.push(axis);
-        }
-        if chain.has_bodies {
-            unset_placeholders(&mut chain);
         }
         Ok(chain)
     }

@@ -23,6 +23,7 @@ pub use note::{UnreadAttribute, UrdfNote};
 use chain::{Chain, ChainAxis};
 use file::{CollisionCapsule, UrdfFile};
 use modified_dh::{Frame, PlacedJoint, place_frames};
+use static_gravity::unset_placeholders;
 
 use crate::xml::normalise;
 
@@ -91,6 +92,8 @@ impl UrdfArm {
     pub fn read(text: &str, base: Option<&str>, tip: Option<&str>) -> Result<Self, UrdfError> {
         let text = normalise(text);
         let file = UrdfFile::read(&text)?;
+        let mut chain = file.chain(base, tip)?;
+        unset_placeholders(&mut chain, GRAVITY_M_S2);
         let Chain {
             base,
             tip,
@@ -101,7 +104,7 @@ impl UrdfArm {
             base_capsules,
             unread_shapes,
             mut notes,
-        } = file.chain(base, tip)?;
+        } = chain;
         let placed = place_frames(&axes, &mut notes);
         let tip_position_m = tip_pose.translation.vector;
         Ok(Self {

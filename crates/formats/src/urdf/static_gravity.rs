@@ -2,7 +2,6 @@
 
 use nalgebra::{IsometryMatrix3, Point3, Rotation3, Translation3, Unit, Vector3};
 
-use super::GRAVITY_M_S2;
 use super::chain::{Chain, ChainAxis};
 use super::note::UrdfNote;
 
@@ -10,9 +9,12 @@ use super::note::UrdfNote;
 const POSTURES: usize = 512;
 
 /// Makes efforts unknown that do not hold the arm against gravity, and the same value of other
-/// joints.
-pub(super) fn unset_placeholders(chain: &mut Chain) {
-    let gravity = largest_static_torques(&chain.axes, &(chain.up_direction * -GRAVITY_M_S2));
+/// joints. A chain without bodies remains as it is.
+pub(super) fn unset_placeholders(chain: &mut Chain, gravity_m_s2: f64) {
+    if !chain.has_bodies {
+        return;
+    }
+    let gravity = largest_static_torques(&chain.axes, &(chain.up_direction * -gravity_m_s2));
     let efforts: Vec<Option<f64>> = chain.axes.iter().map(|axis| axis.effort).collect();
     for effort in efforts.iter().copied().flatten() {
         let same =
