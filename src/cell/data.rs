@@ -414,7 +414,8 @@ fn axis_columns(
         per_ampere: per_ampere.as_ref(),
         factor: factor.as_ref(),
     };
-    Ok(AxisColumns { names, scales: torque_unit.axis_scales(units, side, kinds)?, zeros: zeros? })
+    let scales = torque_unit.axis_scales(units, side, kinds)?;
+    Ok(AxisColumns { names, scales, zeros: zeros?, wraps: Vec::new() })
 }
 
 /// Returns the finite numbers of a key, one for each axis.

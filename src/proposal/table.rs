@@ -91,6 +91,7 @@ impl TableProposal<'_> {
             names: group.names(),
             scales: vec![1.0; axes],
             zeros: Vec::new(),
+            wraps: Vec::new(),
         };
         let columns = Columns {
             side: Side::Joint,

@@ -1,5 +1,7 @@
 //! Columns of a table, with their contents and units.
 
+use core::f64::consts::TAU;
+
 use crate::measurement::Side;
 
 /// Placeholder for the number of the axis, from 1, in a column's name.
@@ -40,6 +42,8 @@ pub struct AxisColumns {
     pub scales: Vec<f64>,
     /// Value of each column at which the quantity is 0 \[unit of the column\]; empty if all are 0.
     pub zeros: Vec<f64>,
+    /// True for each column of angles that wraps at a turn; empty if none does.
+    pub wraps: Vec<bool>,
 }
 
 /// Place of a row's time in a table.
@@ -96,7 +100,12 @@ pub struct Columns {
 impl Columns {
     /// Creates columns with only a time.
     pub fn of_time(time: TimeColumns) -> Self {
-        let none = || AxisColumns { names: Vec::new(), scales: Vec::new(), zeros: Vec::new() };
+        let none = || AxisColumns {
+            names: Vec::new(),
+            scales: Vec::new(),
+            zeros: Vec::new(),
+            wraps: Vec::new(),
+        };
         Self {
             side: Side::Joint,
             axes: 0,
@@ -141,7 +150,21 @@ impl Columns {
         self.axis_columns(quantity).and_then(|of| of.zeros.get(axis)).copied().unwrap_or(0.0)
     }
 
+    pub(crate) fn is_wrapped(&self, quantity: Quantity, axis: usize) -> bool {
+        self.axis_columns(quantity).and_then(|of| of.wraps.get(axis)).copied().unwrap_or(false)
+    }
+
     pub(crate) fn scale(&self, quantity: Quantity, axis: usize) -> f64 {
         self.axis_columns(quantity).and_then(|of| of.scales.get(axis)).copied().unwrap_or(1.0)
+    }
+}
+
+/// Unwraps angles that wrap at a turn: the first one is within half a turn of 0, and no step is
+/// longer than half a turn.
+pub fn unwrap_turns(angles_rad: &mut [f64]) {
+    let mut before_rad = 0.0;
+    for angle in angles_rad.iter_mut().filter(|angle| angle.is_finite()) {
+        *angle -= TAU * ((*angle - before_rad) / TAU).round();
+        before_rad = *angle;
     }
 }

@@ -76,6 +76,7 @@ mod measurement;
 mod missing_values;
 mod motion;
 mod record;
+mod row_times;
 mod start;
 mod table;
 mod time_limits;
@@ -87,7 +88,7 @@ pub use bag::{BagContents, BagError, BagSpec, BagTime, BagTopic, is_sqlite, list
 pub use capacity::Capacity;
 pub use code::{CodeError, CodeModel, to_c, to_rust};
 pub use columns::{
-    AXIS_PLACEHOLDER, AxisColumns, Columns, INDEX_PLACEHOLDER, Quantity, TimeColumns,
+    AXIS_PLACEHOLDER, AxisColumns, Columns, INDEX_PLACEHOLDER, Quantity, TimeColumns, unwrap_turns,
 };
 pub use container::foreign_container;
 pub use export::{
@@ -98,11 +99,12 @@ pub use measurement::{Measurement, Side};
 pub use missing_values::{DisjointColumns, MissingValues};
 pub use motion::{MotionError, MotionFile, MotionFormat, MotionPoints, read_motion};
 pub use record::{Piece, Record};
+pub use row_times::{join_times, mean_rate_hz};
 pub use start::RecordingStart;
 pub use table::{
     RowPlace, Table, TableError, TableNames, is_parquet, list_table, read_csv, read_rows,
     read_table, write_csv,
 };
 pub use time_limits::TimeLimits;
-pub use uniform::{Resampled, TimesError, mean_rate_hz};
+pub use uniform::{Resampled, TimesError};
 pub use urdf::{UnreadAttribute, UrdfArm, UrdfDrives, UrdfError, UrdfNote, UrdfValues, WRITTEN_BY};

@@ -21,6 +21,14 @@ pub struct TimeLimits {
     /// Rows arrive in bursts if more than one in this number of distances is longer than that of a
     /// missing row \[1\]. Convention.
     pub burst_distances: usize,
+    /// Share of a recording by which time falls where another recording begins \[1\]. Convention: a
+    /// clock that is set changes by less.
+    pub restart_share: f64,
+    /// Fewest rows of a recording within a file, and of a record in which states that stand in
+    /// several rows are looked for \[1\]. Convention.
+    pub recording_rows: usize,
+    /// Pause between two recordings of a file \[periods\]. Convention: beyond `gap_periods`.
+    pub restart_periods: f64,
     /// Largest relative deviation of the configured rate from the times, if the rows are resampled
     /// \[1\]. Convention: the times decide, and the rate has to be recognisable.
     pub resampled_rate: f64,
@@ -52,6 +60,9 @@ impl TimeLimits {
         missing_row_periods: 1.5,
         duplicate_periods: 0.3,
         burst_distances: 20,
+        restart_share: 0.5,
+        recording_rows: 100,
+        restart_periods: 10.0,
         resampled_rate: 0.05,
         grid_periods: 0.25,
         grid_jitter_periods: 0.01,

@@ -1,8 +1,10 @@
 //! Resampling of rows with jittering times to a uniform grid.
 
-use crate::time_limits::TimeLimits;
 use core::fmt;
 use core::ops::Range;
+
+use crate::row_times::mean_rate_hz;
+use crate::time_limits::TimeLimits;
 
 /// Distance below which a time is on the grid \[s\].
 const ON_GRID_S: f64 = 1e-6;
@@ -14,8 +16,9 @@ const MIN_CUBIC_POINTS: usize = 4;
 pub enum TimesError {
     /// All times are the same. Take another source of the time, or the rows as they come.
     #[error(
-        "all times are the same; take another time, or none (in [data.bag]: `time` = \"log\" or \
-        \"rows\")"
+        "all times are the same, as when seconds after 1970 are written with 32 bits or few digits; \
+        write more digits, or leave `time` out of [data]: the rows are then rate_hz apart (in \
+        [data.bag]: `time` = \"log\" or \"rows\")"
     )]
     None,
     /// Time goes back.
@@ -40,37 +43,22 @@ pub enum TimesError {
         /// Configured rate \[Hz\].
         stated_hz: f64,
     },
+    /// Each state stands in several rows: state the rate of the states.
+    #[error(
+        "each state stands in {rows} rows: the arm sent {found_hz:.2} states a second, and the log \
+        repeats them at {stated_hz} Hz; set rate_hz to the rate of the states, and keep the times"
+    )]
+    Held {
+        /// Number of rows of a state.
+        rows: usize,
+        /// Rate of the states \[Hz\].
+        found_hz: f64,
+        /// Configured rate \[Hz\].
+        stated_hz: f64,
+    },
     /// Too few rows.
     #[error("fewer than {MIN_CUBIC_POINTS} samples in one piece")]
     TooShort,
-}
-
-/// Returns the rate of times \[Hz\] from the mean of the distances without losses; `None` if the
-/// times do not advance. If many distances are longer and cover most of the time, the rows come in
-/// bursts, and all distances count.
-pub fn mean_rate_hz(times_s: &[f64]) -> Option<f64> {
-    let mut steps: Vec<f64> = times_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    steps.sort_unstable_by(f64::total_cmp);
-    let median = *steps.get(steps.len() / 2)?;
-    // The distances are sorted, so the long ones are at the end. Each counts with the usual length,
-    // so that a pause has no weight.
-    let plain =
-        steps.partition_point(|step| *step < TimeLimits::DEFAULT.missing_row_periods * median);
-    let (near, distant) = steps.split_at(plain);
-    #[expect(clippy::cast_precision_loss, reason = "samples in memory are far fewer than 2^52")]
-    if let Some(usual) = distant
-        .get(distant.len() / 2)
-        .filter(|_| TimeLimits::DEFAULT.burst_distances * distant.len() > steps.len())
-    {
-        let [near_s, distant_s] = [near.iter().sum::<f64>(), distant.len() as f64 * usual];
-        if distant_s > near_s {
-            return Some(steps.len() as f64 / (near_s + distant_s));
-        }
-    }
-    steps.retain(|step| *step > 0.0 && *step < TimeLimits::DEFAULT.missing_row_periods * median);
-    #[expect(clippy::cast_precision_loss, reason = "samples in memory are far fewer than 2^52")]
-    let count = steps.len() as f64;
-    (count > 0.0).then(|| count / steps.iter().sum::<f64>())
 }
 
 /// Changes of rows for a uniform grid.
@@ -84,34 +72,65 @@ pub struct Resampled {
     pub repeated_rows: usize,
     /// Number of single missing rows that are interpolated.
     pub interpolated_rows: usize,
+    /// Number of recordings after the first one in the same file.
+    pub appended_recordings: usize,
+    /// Number of rows of each state, of which one is kept; 0 if all rows are kept.
+    pub held_rows: usize,
+    /// Step of times that are coarser than the rows \[s\], which are then taken as uniform; 0 for
+    /// fine times.
+    pub coarse_step_s: f64,
 }
 
 impl Resampled {
     /// True if all rows were on the grid.
     pub fn is_nothing(&self) -> bool {
-        self.largest_s < ON_GRID_S && self.repeated_rows == 0 && self.interpolated_rows == 0
+        let Self { appended_recordings, held_rows, coarse_step_s, .. } = *self;
+        !self.is_resampled() && appended_recordings == 0 && held_rows == 0 && coarse_step_s == 0.0
+    }
+
+    fn is_resampled(&self) -> bool {
+        self.largest_s >= ON_GRID_S || self.repeated_rows > 0 || self.interpolated_rows > 0
     }
 }
 
 impl fmt::Display for Resampled {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (rms, largest) = (1e3 * self.rms_s, 1e3 * self.largest_s);
-        write!(
-            f,
-            "the times are {rms:.3} ms off a uniform grid in the root mean square, {largest:.3} ms \
-            at most; the signals are resampled"
-        )?;
+        let mut texts = Vec::new();
+        if self.is_resampled() {
+            let (rms, largest) = (1e3 * self.rms_s, 1e3 * self.largest_s);
+            texts.push(format!(
+                "the times are {rms:.3} ms off a uniform grid in the root mean square, \
+                {largest:.3} ms at most; the signals are resampled"
+            ));
+        }
         if self.repeated_rows > 0 {
-            write!(
-                f,
-                "; {} rows repeat the one before or come right behind it, and are left out",
+            texts.push(format!(
+                "{} rows repeat the one before or come right behind it, and are left out",
                 self.repeated_rows
-            )?;
+            ));
         }
         if self.interpolated_rows > 0 {
-            write!(f, "; {} rows that are missing alone are interpolated", self.interpolated_rows)?;
+            let rows = self.interpolated_rows;
+            texts.push(format!("{rows} rows that are missing alone are interpolated"));
         }
-        Ok(())
+        if self.appended_recordings > 0 {
+            texts.push(format!(
+                "the file has {} recordings one after another; each is a piece of its own",
+                self.appended_recordings + 1
+            ));
+        }
+        if self.held_rows > 0 {
+            let rows = self.held_rows;
+            texts.push(format!("each state stands in {rows} rows; one of them is kept"));
+        }
+        if self.coarse_step_s > 0.0 {
+            texts.push(format!(
+                "the times advance by {:.3} ms, less often than the rows, which are taken as \
+                uniform; missing rows cannot be noticed within such a step",
+                1e3 * self.coarse_step_s
+            ));
+        }
+        f.write_str(&texts.join("; "))
     }
 }
 
@@ -191,7 +210,13 @@ pub(crate) fn resample(
     let (rms_s, largest_s) = (off.rms_s(), off.largest_s);
     Ok((
         part_list,
-        Resampled { rms_s, largest_s, repeated_rows: repeated, interpolated_rows: alone },
+        Resampled {
+            rms_s,
+            largest_s,
+            repeated_rows: repeated,
+            interpolated_rows: alone,
+            ..Resampled::default()
+        },
     ))
 }
 
@@ -325,26 +350,6 @@ mod tests {
                 assert!((sine - (3.0 * time).sin()).abs() < 1e-6);
             }
         }
-    }
-
-    #[test]
-    fn the_rate_of_bursts_is_that_of_all_rows_and_losses_change_none() {
-        let close = |times: Vec<f64>, rate_hz: f64| {
-            let rate = mean_rate_hz(&times).unwrap();
-            assert!((rate / rate_hz - 1.0).abs() < 0.01, "{rate}");
-        };
-        // Five rows every 20 ms.
-        close(
-            (0..2500).map(|k| 0.02 * f64::from(k / 5) + 2e-4 * f64::from(k % 5)).collect(),
-            250.0,
-        );
-        // A tenth of the rows is lost, and a minute.
-        let lost_times = (0..2500).filter(|k| k % 10 != 3);
-        close(
-            lost_times.map(|k| 0.004 * f64::from(k) + if k > 2000 { 60.0 } else { 0.0 }).collect(),
-            250.0,
-        );
-        assert_eq!(mean_rate_hz(&[1.0, 1.0, 1.0]), None);
     }
 
     #[test]

@@ -20,6 +20,7 @@ fn columns(second: f64) -> Columns {
         names: vec![name.to_owned()],
         scales: vec![scale, -2.0 * scale],
         zeros: Vec::new(),
+        wraps: Vec::new(),
     };
     Columns {
         side: Side::Joint,
@@ -109,11 +110,10 @@ fn what_has_no_numbers_is_refused_with_the_reason_and_passed_over_where_nobody_a
         ("mode", "column `mode` holds text or bytes, and numbers are wanted"),
         ("flag", "`flag` holds what is true or false"),
         ("day", "`day` holds dates"),
-        ("pose", "`pose` holds nested values"),
         ("pair", "`pair` holds nested values"),
         ("half", "`half` holds numbers of half precision"),
         ("money", "`money` holds decimals of a fixed scale"),
-        ("tau_2", "column `tau_2` is missing or appears twice; the header has t_ms q_1 q_2"),
+        ("tau_2", "column `tau_2` is missing; the header has t_ms q_1 q_2"),
     ] {
         let said = said(column);
         assert!(said.contains(why) && said.contains("parquet_other.parquet: "), "{said}");
@@ -122,6 +122,18 @@ fn what_has_no_numbers_is_refused_with_the_reason_and_passed_over_where_nobody_a
     assert!(said.contains("`t_ms` holds times of the outdated type INT96"), "{said}");
     let said = read_table(&file("other"), None, 250.0, None).unwrap_err().to_string();
     assert!(said.contains("column `t_ms` is not known"), "{said}");
+}
+
+#[test]
+fn an_element_of_a_list_is_a_column() {
+    let mut columns = columns(1e-3);
+    columns.torque.names = vec!["pose[0]".into(), "pose[1]".into()];
+    columns.position.names = vec!["q_1".into(), "q_2".into()];
+    columns.time = None;
+    let [_, torque, _] = rows(&file("other"), &columns).unwrap().signals;
+    let rows = (0u32..).zip(&torque[0]);
+    assert!(rows.clone().all(|(row, value)| (value - 3.0 * f64::from(row)).abs() < 1e-12));
+    assert_eq!(torque[1], vec![0.0; torque[0].len()]);
 }
 
 /// Null and NaN, empty fields and NaN: the same rows are no samples.

@@ -44,7 +44,7 @@ fn values_that_are_no_numbers() {
     // NaN and an empty field are a loss (formats).
     for value in ["inf", "x", "1,5"] {
         let says: &[&str] = match value {
-            "1,5" => &["line 701", "20 fields", "have 19", "decimals with a point"],
+            "1,5" => &["line 701", "20 fields", "has 19", "decimals with a point"],
             _ => &["line 701", "`motor_torque_nm_3`", "not a finite number"],
         };
         refused(

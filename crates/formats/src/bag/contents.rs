@@ -8,7 +8,7 @@ use super::error::BagError;
 use super::messages::{
     JOINT_STATE, Message, after_first_s, files, for_each_message, malformed_message,
 };
-use crate::uniform::mean_rate_hz;
+use crate::row_times::mean_rate_hz;
 
 /// Maximum number of stamps from which the rate of a topic is estimated.
 const MAX_RATE_STAMPS: usize = 1 << 20;

@@ -1,28 +1,25 @@
 //! Why a table could not be read or written.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
+use super::lines::LongLine;
 use super::place::RowPlace;
 use crate::missing_values::{DisjointColumns, MissingValues};
 use crate::uniform::TimesError;
 
-/// Formats the problem in the text of a table, and the remedy.
-fn of_text(error: &csv::Error) -> String {
-    let line = |at: &Option<csv::Position>| at.as_ref().map_or(0, csv::Position::line);
-    match error.kind() {
-        csv::ErrorKind::Utf8 { pos, .. } => format!(
-            "line {} is no UTF-8 text; write the file as UTF-8 (a spreadsheet has \"CSV UTF-8\")",
-            line(pos).max(1)
-        ),
-        csv::ErrorKind::UnequalLengths { pos, expected_len, len } => {
-            let problem = match len > expected_len {
-                true => "write its decimals with a point, or separate the columns by semicolons",
-                false => "complete it, or remove it where a logger was stopped as it wrote it",
-            };
-            let line = line(pos);
-            format!("line {line} has {len} fields, and those before have {expected_len}; {problem}")
-        }
-        _ => error.to_string(),
+/// Formats the remedy for a row with another number of fields than the header.
+fn remedy(found: usize, expected: usize) -> &'static str {
+    match found > expected {
+        true => "write its decimals with a point, or separate the columns by semicolons",
+        false => "complete it, or remove it where a logger was stopped as it wrote it",
+    }
+}
+
+/// Formats the reference to the header.
+fn header_text(line: &Option<u64>) -> String {
+    match line {
+        Some(line) => format!("the header in line {line} has"),
+        None => "most rows have".to_owned(),
     }
 }
 
@@ -79,19 +76,43 @@ pub enum TableError {
         /// The unit that the cell, or the name `time_s`, states.
         configured: &'static str,
     },
-    /// Not a CSV table, or a row with another number of fields than the header: mend the line, or
-    /// write the file as UTF-8.
-    #[error("{}: {}", file.display(), of_text(error))]
-    Table {
+    /// A text that is not UTF-8: write the file as UTF-8.
+    #[error("{}: line {line} is no UTF-8 text; write the file as UTF-8 (a spreadsheet has \"CSV \
+        UTF-8\")", file.display())]
+    NotUtf8 {
         /// The file.
         file: PathBuf,
-        /// Error of the parser, with the line.
-        error: csv::Error,
+        /// The line, from 1.
+        line: u64,
+    },
+    /// A line without an end: the file is not a table.
+    #[error("{}: line {line} is longer than 1 MiB; a table has one row per line, check the file",
+        file.display())]
+    LongLine {
+        /// The file.
+        file: PathBuf,
+        /// The line, from 1.
+        line: u64,
+    },
+    /// A row with another number of fields than the header: mend the line.
+    #[error("{}: line {line} has {found} fields, and {} {expected}; {}", file.display(),
+        header_text(header_line), remedy(*found, *expected))]
+    FieldCount {
+        /// The file.
+        file: PathBuf,
+        /// The line, from 1.
+        line: u64,
+        /// Number of its fields.
+        found: usize,
+        /// Number of fields of the header.
+        expected: usize,
+        /// Line of the header, if there is one.
+        header_line: Option<u64>,
     },
     /// The first row has numbers where names of columns belong: put a header before it.
     #[error("{}: the first row has the number `{found}` instead of column names. Put a header \
         before it: time_s, motor_position_rad_1, motor_torque_nm_1, motor_reference_rad_1 and so \
-        on, or the same with joint_",
+        on, or the same with joint_; or give the numbers of the columns in [data]",
         file.display()
     )]
     NoHeader {
@@ -119,11 +140,19 @@ pub enum TableError {
         /// The column.
         column: String,
     },
-    /// Requested columns are missing or appear twice.
-    #[error(
-        "{}: column `{column}` is missing or appears twice; the header has {available}",
-        file.display()
-    )]
+    /// Several columns have the requested name: give their numbers.
+    #[error("{}: the columns {numbers} are all named `{column}`; give the numbers in place of the \
+        name in [data], as columns = [{numbers}]", file.display())]
+    DuplicateColumn {
+        /// The file.
+        file: PathBuf,
+        /// The name.
+        column: String,
+        /// Numbers of the columns, from 1.
+        numbers: String,
+    },
+    /// A requested column is missing.
+    #[error("{}: column `{column}` is missing; the header has {available}", file.display())]
     NoSuchColumn {
         /// The file.
         file: PathBuf,
@@ -297,4 +326,27 @@ pub enum TableError {
         /// The file.
         file: PathBuf,
     },
+}
+
+impl TableError {
+    /// Creates the error of reading or writing a file.
+    pub(super) fn from_io(path: &Path, source: std::io::Error) -> Self {
+        let file = path.to_path_buf();
+        match source.get_ref().and_then(|error| error.downcast_ref::<LongLine>()) {
+            Some(LongLine { line }) => Self::LongLine { file, line: *line },
+            None => Self::Io { file, source },
+        }
+    }
+
+    /// Creates the error of parsing or writing a text.
+    pub(super) fn from_csv(path: &Path, error: csv::Error) -> Self {
+        let file = path.to_path_buf();
+        match error.into_kind() {
+            csv::ErrorKind::Io(source) => Self::from_io(path, source),
+            csv::ErrorKind::Utf8 { pos, .. } => {
+                Self::NotUtf8 { file, line: pos.map_or(1, |position| position.line().max(1)) }
+            }
+            kind => Self::Io { file, source: std::io::Error::other(format!("{kind:?}")) },
+        }
+    }
 }

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::error::TableError;
+use super::source::Source;
 use crate::columns::{Columns, Quantity, TimeColumns};
 use crate::measurement::Side;
 
@@ -40,10 +41,11 @@ pub(super) struct Header {
 
 impl Header {
     /// Parses the header of a table with didim's own columns; others are refused.
-    pub(super) fn parse(names: &[String], path: &Path) -> Result<Self, TableError> {
-        let file = || path.to_path_buf();
-        if let Some(found) = names.first().filter(|name| name.trim().parse::<f64>().is_ok()) {
-            return Err(TableError::NoHeader { file: file(), found: found.clone() });
+    pub(super) fn parse(source: &dyn Source, path: &Path) -> Result<Self, TableError> {
+        let (file, names) = (|| path.to_path_buf(), source.names());
+        if !source.has_header() {
+            let found = source.first_row_texts().first().cloned().unwrap_or_default();
+            return Err(TableError::NoHeader { file: file(), found });
         }
         let mut sides = Vec::new();
         let mut columns = Vec::with_capacity(names.len());
@@ -98,24 +100,13 @@ impl Header {
     ) -> Result<Self, TableError> {
         let mut columns = vec![Column::Other; names.len()];
         let mut set = |name: &str, column: Column| {
-            let mut matches = names.iter().enumerate().filter(|(_, own)| *own == name);
-            match (matches.next(), matches.next()) {
-                (Some((index, _)), None) if columns[index] != Column::Other => {
-                    let (file, column) = (path.to_path_buf(), name.to_owned());
-                    Err(TableError::AskedTwice { file, column })
-                }
-                (Some((index, _)), None) => {
-                    columns[index] = column;
-                    Ok(())
-                }
-                _ => {
-                    let more = if names.len() > MAX_LISTED_NAMES { " …" } else { "" };
-                    let listed = names.iter().take(MAX_LISTED_NAMES).map(String::as_str);
-                    let listed = listed.collect::<Vec<_>>().join(" ") + more;
-                    let (file, column) = (path.to_path_buf(), name.to_owned());
-                    Err(TableError::NoSuchColumn { file, column, available: listed })
-                }
+            let index = find_column(names, name, path)?;
+            if columns[index] != Column::Other {
+                let (file, column) = (path.to_path_buf(), name.to_owned());
+                return Err(TableError::AskedTwice { file, column });
             }
+            columns[index] = column;
+            Ok(())
         };
         match &wanted.time {
             None => {}
@@ -144,6 +135,30 @@ impl Header {
             has_time: wanted.time.is_some(),
             has_reference: !wanted.names(Quantity::Reference).is_empty(),
         })
+    }
+}
+
+/// Returns the index of a column by its name. A name that no column has may be its number, from 1.
+fn find_column(names: &[String], name: &str, path: &Path) -> Result<usize, TableError> {
+    let (file, column) = (path.to_path_buf(), name.to_owned());
+    let matches = || names.iter().enumerate().filter(|(_, own)| *own == name);
+    let mut found = matches().map(|(index, _)| index);
+    match (found.next(), found.next()) {
+        (Some(index), None) => Ok(index),
+        (Some(_), Some(_)) => {
+            let numbers: Vec<String> =
+                matches().map(|(index, _)| (index + 1).to_string()).collect();
+            Err(TableError::DuplicateColumn { file, column, numbers: numbers.join(", ") })
+        }
+        (None, _) => {
+            let number = name.parse().ok().filter(|number| (1..=names.len()).contains(number));
+            number.map(|number: usize| number - 1).ok_or_else(|| {
+                let more = if names.len() > MAX_LISTED_NAMES { " …" } else { "" };
+                let listed = names.iter().take(MAX_LISTED_NAMES).map(String::as_str);
+                let available = listed.collect::<Vec<_>>().join(" ") + more;
+                TableError::NoSuchColumn { file, column, available }
+            })
+        }
     }
 }
 

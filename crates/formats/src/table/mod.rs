@@ -8,12 +8,16 @@
 mod error;
 mod grid;
 mod header;
+mod lines;
+mod list;
 #[cfg(feature = "parquet")]
 mod parquet;
 mod place;
 mod source;
 mod text;
+mod text_layout;
 mod time;
+mod uniform_record;
 mod write;
 
 use std::fs::File;
@@ -24,17 +28,17 @@ use didim_dynamics::Signals;
 use flate2::bufread::MultiGzDecoder;
 
 use crate::capacity::Capacity;
-use crate::columns::{Columns, Quantity, TimeColumns};
+use crate::columns::{Columns, Quantity, TimeColumns, unwrap_turns};
 use crate::measurement::{Measurement, Side};
 use crate::missing_values::{CompleteRows, DisjointColumns, MissingValues};
 use crate::record::Record;
 use crate::start::RecordingStart;
-use crate::time_limits::TimeLimits;
-use crate::uniform::{TimedRows, TimesError, resample};
+use crate::uniform::TimesError;
 use grid::{Grid, find_grid};
 use header::{Column, Header};
 use source::{Source, TableValues};
 use text::TextTable;
+use uniform_record::{row_times, to_record};
 
 pub use error::TableError;
 pub use place::RowPlace;
@@ -72,9 +76,8 @@ pub fn read_table(
     let missing = table.incomplete_rows.take();
     if let (None, Some(missing_rows), Some(rate_hz)) = (&table.time, &missing, sample_rate_hz) {
         // Without times, the time of a row follows from its number.
-        #[expect(clippy::cast_precision_loss, reason = "rows in memory are far fewer than 2^52")]
-        let time_s = |row: &usize| *row as f64 / rate_hz;
-        table.time = Some(missing_rows.complete_rows.rows.iter().map(time_s).collect());
+        let rows = missing_rows.complete_rows.rows.iter().copied();
+        table.time = Some(row_times(rows, rate_hz));
     }
     let start = table.start();
     let mut record =
@@ -101,49 +104,6 @@ pub fn read_table(
         }
     }
     record
-}
-
-/// Converts complete rows to a record.
-fn to_record(
-    mut table: Table,
-    path: &Path,
-    sample_rate_hz: Option<f64>,
-    nominal_hz: f64,
-) -> Result<Record, TableError> {
-    let Table { side, axes, first_row, resolution_s, first_ns, .. } = table;
-    // Times jitter if they are off the grid by more than their last digits.
-    match table.grid(sample_rate_hz, path) {
-        Ok(Grid { rate_hz, off_s })
-            if off_s
-                <= (2.0 * resolution_s).max(TimeLimits::DEFAULT.grid_jitter_periods / rate_hz) =>
-        {
-            Ok(table.into_measurement(rate_hz).into())
-        }
-        Ok(_) | Err(TableError::NotUniform { .. }) => {
-            let times_s = table.time.take().unwrap_or_default();
-            let columns = table.signals.iter_mut().flat_map(core::mem::take).collect();
-            let rate = sample_rate_hz.unwrap_or(nominal_hz);
-            let uniform = resample(TimedRows { times_s, columns }, rate)
-                .map_err(|source| TableError::Times { file: path.to_path_buf(), source })?;
-            Ok(Record::from_uniform(uniform, |columns| {
-                let mut columns = columns.into_iter();
-                let signals = [(); 3].map(|()| columns.by_ref().take(axes).collect());
-                let (time, missing) = (None, None);
-                Table {
-                    side,
-                    axes,
-                    first_row,
-                    time,
-                    resolution_s,
-                    first_ns,
-                    signals,
-                    incomplete_rows: missing,
-                }
-                .into_measurement(rate)
-            }))
-        }
-        Err(error) => Err(error),
-    }
 }
 
 /// First bytes of a gzip file (RFC 1952).
@@ -185,6 +145,12 @@ pub struct TableNames {
     pub columns: Vec<String>,
     /// Seconds per unit of each column with a time type.
     pub seconds_per_unit: Vec<Option<f64>>,
+    /// Unit of each column, from a row of units below the header; empty without one.
+    pub units: Vec<String>,
+    /// Texts of the first row, by column; empty if the file has types.
+    pub first_row: Vec<String>,
+    /// False if the table has no header. The names are the numbers of the columns, from 1.
+    pub has_header: bool,
     /// Side of the transmission, and true if there is a time. `None` if not all columns are didim's
     /// own.
     pub own_format: Option<(Side, bool)>,
@@ -199,8 +165,15 @@ pub fn list_table(path: &Path) -> Result<TableNames, TableError> {
     let columns = source.names().to_vec();
     let seconds = (0..columns.len()).map(|column| source.seconds_per_unit(column)).collect();
     let standard_side =
-        Header::parse(&columns, path).ok().map(|header| (header.side, header.has_time));
-    Ok(TableNames { columns, seconds_per_unit: seconds, own_format: standard_side })
+        Header::parse(source.as_ref(), path).ok().map(|header| (header.side, header.has_time));
+    Ok(TableNames {
+        columns,
+        seconds_per_unit: seconds,
+        units: source.units().to_vec(),
+        first_row: source.first_row_texts().to_vec(),
+        has_header: source.has_header(),
+        own_format: standard_side,
+    })
 }
 
 /// Reads the rows of a table without checking a rate.
@@ -225,6 +198,8 @@ pub struct Table {
     first_ns: Option<i128>,
     /// Positions, torques and references by axis; the references may be empty.
     pub signals: [Vec<Vec<f64>>; 3],
+    /// Rows at which another recording is known to begin.
+    begins: Vec<usize>,
     /// The rows that lack a value and were left out, if any.
     incomplete_rows: Option<IncompleteRows>,
 }
@@ -268,7 +243,7 @@ fn read(
 ) -> Result<Table, TableError> {
     let file = || path.to_path_buf();
     let header = match columns {
-        None => Header::parse(source.names(), path)?,
+        None => Header::parse(source.as_ref(), path)?,
         Some(columns) => Header::of_columns(source.names(), columns, path)?,
     };
     if needs_time && !header.has_time {
@@ -282,9 +257,13 @@ fn read(
     let (first_row, names) = (source.first_row(), source.names().to_vec());
     let is_read = |column: &&Column| !matches!(column, Column::Other);
     let capacity = Capacity::of_values(header.columns.iter().filter(is_read).count());
-    let TableValues { columns: mut numbers, mut resolution, first_time: mut first } =
+    let TableValues { columns: mut numbers, mut resolution, first_time: mut first, mut begins } =
         source.read(&header.columns, capacity)?;
     let incomplete_rows = leave_out(&mut numbers, &names, first_row, path)?;
+    if let Some(incomplete) = &incomplete_rows {
+        let kept = &incomplete.complete_rows.rows;
+        begins.iter_mut().for_each(|begin| *begin = kept.partition_point(|row| row < begin));
+    }
     let (mut time, mut rows) = (None, 0);
     let mut parts: [Option<(usize, Vec<f64>)>; 2] = [None, None];
     let mut signals: [Vec<Vec<f64>>; 3] = std::array::from_fn(|_| vec![Vec::new(); header.axes]);
@@ -304,6 +283,9 @@ fn read(
                 let scale = columns.map_or(1.0, |columns| columns.scale(quantity, axis));
                 let zero = columns.map_or(0.0, |columns| columns.zero(quantity, axis));
                 numbers.iter_mut().for_each(|value| *value = (*value - zero) * scale);
+                if columns.is_some_and(|columns| columns.is_wrapped(quantity, axis)) {
+                    unwrap_turns(&mut numbers);
+                }
                 signals[quantity as usize][axis] = numbers;
             }
             Column::Other => {}
@@ -333,7 +315,17 @@ fn read(
     let resolution_s = second * resolution;
     let Header { side, axes, .. } = header;
     let first_ns = first.map(|first| first.to_nanoseconds(second));
-    Ok(Table { side, axes, first_row, time, resolution_s, first_ns, signals, incomplete_rows })
+    Ok(Table {
+        side,
+        axes,
+        first_row,
+        time,
+        resolution_s,
+        first_ns,
+        signals,
+        begins,
+        incomplete_rows,
+    })
 }
 
 /// Refuses a time column whose type has another unit than the configured one.
@@ -644,7 +636,7 @@ mod tests {
 
     fn of_others(names: &[&str], scale: f64) -> AxisColumns {
         let names = names.iter().map(|name| (*name).to_owned()).collect();
-        AxisColumns { names, scales: vec![scale, -scale], zeros: Vec::new() }
+        AxisColumns { names, scales: vec![scale, -scale], zeros: Vec::new(), wraps: Vec::new() }
     }
 
     #[test]
@@ -656,6 +648,7 @@ mod tests {
                 names: vec![name.into()],
                 scales: vec![1.0],
                 zeros: Vec::new(),
+                wraps: Vec::new(),
             };
             let (side, axes, reference) = (Side::Joint, 1, None);
             let (position, torque) = (single("q"), single("f"));
@@ -714,6 +707,151 @@ mod tests {
         }
     }
 
+    /// Columns of one axis.
+    fn one_axis(time: &str, [position, torque]: [&str; 2]) -> Columns {
+        let single = |name: &str| AxisColumns {
+            names: vec![name.into()],
+            scales: vec![1.0],
+            zeros: Vec::new(),
+            wraps: Vec::new(),
+        };
+        Columns {
+            side: Side::Joint,
+            axes: 1,
+            time: Some(TimeColumns::Numbers { column: time.into(), second: 1.0 }),
+            position: single(position),
+            torque: single(torque),
+            reference: None,
+        }
+    }
+
+    /// The same two rows in the forms in which people have them.
+    #[test]
+    fn every_layout_of_a_text_is_the_same_table() {
+        let named = one_axis("t", ["q", "tau"]);
+        let by_number = one_axis("1", ["2", "3"]);
+        let of_lists = one_axis("t", ["s[0]", "s[1]"]);
+        let cases: [(&str, &Columns, u64); 18] = [
+            ("t,q,tau\n0,1.5,-2\n0.5,3,4\n", &named, 2),
+            ("t\tq\ttau\n0\t1.5\t-2\n0.5\t3\t4\n", &named, 2),
+            ("t q tau\n0 1.5 -2\n0.5 3 4\n", &named, 2),
+            ("  t   q   tau\n  0   1.5  -2\n  0.5 3    4\n", &named, 2),
+            ("# t q tau\n0 1.5 -2\n0.5 3 4\n", &named, 2),
+            ("#t,q,tau\n0,1.5,-2\n# a note\n0.5,3,4\n", &named, 2),
+            ("% t;q;tau\n0;1,5;-2\n0,5;3;4\n", &named, 2),
+            ("\"t\",\"q\",\"tau\"\n\"0\",\"1,5\",\"-2\"\n\"0,5\",\"3\",\"4\"\n", &named, 2),
+            ("t;q;tau\ns;rad;Nm\n0;1.5;-2\n0.5;3;4\n", &named, 3),
+            ("File;x.svd\nStart;1335\n\nt;q;tau\n0;1,5;-2\n0,5;3;4\n", &named, 5),
+            ("0,1.5,-2\n0.5,3,4\n", &by_number, 1),
+            (",0,1,2\n0,0,1.5,-2\n1,0.5,3,4\n", &one_axis("0", ["1", "2"]), 2),
+            ("0 1.5 -2\r\n0.5 3 4\r\n", &by_number, 1),
+            ("t,q,q\n0,1.5,-2\n0.5,3,4\n", &one_axis("t", ["2", "3"]), 2),
+            ("t,s\n0,\"[1.5, -2.0]\"\n0.5,\"[3, 4]\"\n", &of_lists, 2),
+            ("t,s\n0,[1.5 -2.]\n0.5,[3. 4.]\n", &of_lists, 2),
+            ("t,q,tau,\n0,1.5,-2\n0.5,3,4,\n", &named, 2),
+            ("t,q,tau,mode\n0,1.5,-2,auto\n0.5,3,4,auto\n", &named, 2),
+        ];
+        for (text, columns, first_line) in cases {
+            let read = read_complete(text.as_bytes(), None, Some(columns));
+            let signals = read.unwrap_or_else(|error| panic!("{text}: {error}")).signals;
+            assert_eq!(signals.position_rad, [[1.5, 3.0]], "{text}");
+            assert_eq!(signals.torque_nm, [[-2.0, 4.0]], "{text}");
+            assert!((signals.sample_rate_hz - 2.0).abs() < 1e-12, "{text}");
+            let input = Box::new(std::io::Cursor::new(text.as_bytes().to_vec()));
+            let table = TextTable::open(input, Path::new("x.csv"), &[]).unwrap();
+            assert_eq!(table.first_row(), RowPlace::Line(first_line), "{text}");
+        }
+    }
+
+    #[test]
+    fn what_is_wrong_in_a_layout_is_named_with_its_line() {
+        let named = one_axis("t", ["q", "tau"]);
+        let refused = |text: &str| {
+            read_complete(text.as_bytes(), None, Some(&named)).expect_err("must be refused")
+        };
+        // Decimal commas that also separate the fields.
+        let error = refused("t,q,tau\n0,0,1,5,-2,1\n0,5,3,1,4,1\n");
+        let TableError::FieldCount { line, found, expected, header_line, .. } = error else {
+            panic!("{error}")
+        };
+        assert_eq!((line, found, expected, header_line), (2, 6, 3, Some(1)));
+        let error = refused("t;q;tau\ns;rad;Nm\n\n0;1.5;-2\n0.5;x;4\n");
+        let TableError::NotANumber { place, column, .. } = error else { panic!("{error}") };
+        assert_eq!((place, column.as_str()), (RowPlace::Line(5), "q"));
+        let error = refused("t,q,tau,q,q\n0,1,2,3,4\n1,1,2,3,4\n");
+        let TableError::DuplicateColumn { column, numbers, .. } = error else { panic!("{error}") };
+        assert_eq!((column.as_str(), numbers.as_str()), ("q", "2, 4, 5"));
+        let bomb = "0".repeat(3 << 20);
+        let error = refused(&format!("t,q,tau\n0,1,2\n{bomb}"));
+        assert!(matches!(error, TableError::LongLine { line: 3, .. }), "{error}");
+    }
+
+    /// 600 rows of 100 Hz, two recordings of 300.
+    #[test]
+    fn recordings_one_after_another_are_pieces() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("x.csv");
+        let columns = one_axis("t", ["q", "tau"]);
+        let row = |row: i32| format!("{:.2},{row},{}\n", f64::from(row) / 100.0, row % 7);
+        let recording: String = (0..300).map(row).collect();
+        for again in ["", "t,q,tau\n"] {
+            std::fs::write(&path, format!("t,q,tau\n{recording}{again}{recording}")).unwrap();
+            let record = read_table(&path, Some(100.0), 100.0, Some(&columns)).unwrap();
+            let samples = |piece: &crate::record::Piece| piece.measurement.samples();
+            assert_eq!(record.segments.iter().map(samples).collect::<Vec<_>>(), [300, 300]);
+            assert_eq!(record.resampled.appended_recordings, 1);
+        }
+        let without_times = Columns { time: None, ..columns };
+        let record = read_table(&path, Some(100.0), 100.0, Some(&without_times)).unwrap();
+        assert_eq!((record.segments.len(), record.resampled.appended_recordings), (2, 1));
+    }
+
+    /// States of 125 Hz in rows of 500 Hz, and stamps of two decimals.
+    #[test]
+    fn a_log_that_is_faster_than_the_arm_or_its_stamps_is_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("x.csv");
+        let columns = one_axis("t", ["q", "tau"]);
+        let write = |decimals: usize, held: u32| {
+            let row = |row: u32| {
+                let state = f64::from(row / held);
+                let time = f64::from(row) / 500.0;
+                format!("{time:.decimals$},{},{}\n", (0.01 * state).sin(), state % 7.0)
+            };
+            let rows: String = (0..4000).map(row).collect();
+            std::fs::write(&path, format!("t,q,tau\n{rows}")).unwrap();
+        };
+        write(4, 4);
+        let error = read_table(&path, Some(500.0), 500.0, Some(&columns)).unwrap_err();
+        let TableError::Times { source: TimesError::Held { rows, found_hz, .. }, .. } = error
+        else {
+            panic!("{error}")
+        };
+        assert!(rows == 4 && (found_hz - 125.0).abs() < 0.1, "{rows} {found_hz}");
+        let record = read_table(&path, Some(125.0), 125.0, Some(&columns)).unwrap();
+        assert_eq!(record.resampled.held_rows, 4);
+        assert_eq!(record.segments[0].measurement.samples(), 1000);
+        write(2, 1);
+        let record = read_table(&path, Some(500.0), 500.0, Some(&columns)).unwrap();
+        assert!((record.resampled.coarse_step_s - 0.01).abs() < 1e-9);
+        assert_eq!(record.into_whole().unwrap().samples(), 4000);
+    }
+
+    #[test]
+    fn angles_that_wrap_are_unwrapped() {
+        let mut columns = one_axis("t", ["q", "tau"]);
+        columns.position.wraps = vec![true];
+        columns.position.scales = vec![1f64.to_radians()];
+        let angle = |row: u32| 30.0 * f64::from(row) - 100.0;
+        let rows: String =
+            (0..40).map(|row: u32| format!("{row},{},0\n", angle(row).rem_euclid(360.0))).collect();
+        let read = read_complete(format!("t,q,tau\n{rows}").as_bytes(), None, Some(&columns));
+        let signals = read.unwrap().signals;
+        for (row, position) in (0u32..).zip(&signals.position_rad[0]) {
+            assert!((position - angle(row).to_radians()).abs() < 1e-9, "{position}");
+        }
+    }
+
     #[test]
     fn columns_of_others_are_read_by_name_unit_and_sign() {
         let columns = Columns {
@@ -739,9 +877,7 @@ mod tests {
         let said = |text: &str| read(text).unwrap_err().to_string();
         let missing = said(&table.replace("tau_2", "tau_3"));
         assert!(
-            missing.contains(
-                "column `tau_2` is missing or appears twice; the header has t actual_q_1"
-            ),
+            missing.contains("column `tau_2` is missing; the header has t actual_q_1"),
             "{missing}"
         );
         assert!(said(&table.replace("mode", "tau_1")).contains("`tau_1`"));

@@ -26,6 +26,8 @@ const BATCH_VALUES: usize = 1 << 13;
 enum ColumnType {
     /// Numbers: index of the leaf column, and true if they are unsigned.
     Numbers { leaf: usize, unsigned: bool },
+    /// An element of lists of numbers: index of the leaf column, the element, and the length.
+    Element { leaf: usize, element: usize, length: usize },
     /// Times: index of the leaf column, seconds per unit, and true if they are in UTC.
     Times { leaf: usize, second: f64, utc: bool },
     /// Another type, with its name.
@@ -48,16 +50,25 @@ impl ParquetTable {
             let reader = SerializedFileReader::new(file).map_err(damaged)?;
             let schema = reader.metadata().file_metadata().schema_descr_ptr();
             let fields = schema.root_schema().get_fields();
-            let mut holds: Vec<ColumnType> =
-                fields.iter().map(|_| ColumnType::Other("nested values")).collect();
+            let mut leaves: Vec<Vec<usize>> = vec![Vec::new(); fields.len()];
             for leaf in 0..schema.num_columns() {
-                let (field, column) = (schema.get_column_root_idx(leaf), schema.column(leaf));
-                if fields.get(field).is_some_and(|field| field.is_primitive()) {
-                    holds[field] = of_type(leaf, &column);
+                leaves[schema.get_column_root_idx(leaf)].push(leaf);
+            }
+            let (mut names, mut column_types) = (Vec::new(), Vec::new());
+            for (field, leaves) in fields.iter().zip(leaves) {
+                let types = match leaves.as_slice() {
+                    [leaf] if field.is_primitive() => {
+                        vec![(String::new(), of_type(*leaf, &schema.column(*leaf)))]
+                    }
+                    [leaf] => list_types(*leaf, &schema.column(*leaf), &reader).map_err(damaged)?,
+                    _ => vec![(String::new(), ColumnType::Other("nested values"))],
+                };
+                for (index, column_type) in types {
+                    names.push(format!("{}{index}", field.name()));
+                    column_types.push(column_type);
                 }
             }
-            let names = fields.iter().map(|field| field.name().to_owned()).collect();
-            Ok(Self { path: path.to_path_buf(), reader, names, column_types: holds })
+            Ok(Self { path: path.to_path_buf(), reader, names, column_types })
         })
     }
 
@@ -69,9 +80,10 @@ impl ParquetTable {
         is_time: bool,
         most: usize,
     ) -> Result<ColumnNumbers, TableError> {
-        let (leaf, unsigned) = match self.column_types[index] {
-            ColumnType::Numbers { leaf, unsigned } => (leaf, unsigned),
-            ColumnType::Times { leaf, .. } => (leaf, false),
+        let (leaf, unsigned, part) = match self.column_types[index] {
+            ColumnType::Numbers { leaf, unsigned } => (leaf, unsigned, None),
+            ColumnType::Times { leaf, .. } => (leaf, false, None),
+            ColumnType::Element { leaf, element, length } => (leaf, false, Some((element, length))),
             ColumnType::Other(what) => {
                 let (file, column) = (self.path.clone(), self.names[index].clone());
                 return Err(TableError::NoNumbers { file, column, what });
@@ -81,6 +93,7 @@ impl ParquetTable {
         let mut numbers = ColumnNumbers {
             values: Vec::new(),
             expected_count: most,
+            part,
             first_time: is_time.then(FirstTime::default),
             finest_resolution: f64::INFINITY,
         };
@@ -163,11 +176,7 @@ impl Source for ParquetTable {
         if rows > capacity.samples {
             return Err(TableError::TooLong { file: self.path.clone(), samples: capacity.samples });
         }
-        let mut values = TableValues {
-            columns: vec![Vec::new(); columns.len()],
-            resolution: 0.0,
-            first_time: None,
-        };
+        let mut values = TableValues { resolution: 0.0, ..TableValues::new(columns.len()) };
         for (index, column) in columns.iter().enumerate() {
             if *column == Column::Other {
                 continue;
@@ -185,6 +194,37 @@ impl Source for ParquetTable {
         }
         Ok(values)
     }
+}
+
+/// Returns a column for each element of lists of numbers, with its index. The first list shows the
+/// length of all.
+fn list_types(
+    leaf: usize,
+    column: &ColumnDescriptor,
+    reader: &SerializedFileReader<File>,
+) -> Result<Vec<(String, ColumnType)>, ParquetError> {
+    use parquet::basic::Type;
+    let is_list = column.max_rep_level() == 1;
+    let is_number = matches!(column.physical_type(), Type::DOUBLE | Type::FLOAT);
+    let nested = || vec![(String::new(), ColumnType::Other("nested values"))];
+    if !is_list || !is_number || reader.num_row_groups() == 0 {
+        return Ok(nested());
+    }
+    let length = match reader.get_row_group(0)?.get_column_reader(leaf)? {
+        ColumnReader::DoubleColumnReader(from) => first_length(from)?,
+        ColumnReader::FloatColumnReader(from) => first_length(from)?,
+        _ => 0,
+    };
+    let element = |element| ColumnType::Element { leaf, element, length };
+    let types: Vec<_> = (0..length).map(|at| (format!("[{at}]"), element(at))).collect();
+    Ok(if types.is_empty() { nested() } else { types })
+}
+
+/// Returns the length of the first list.
+fn first_length<T: DataType>(mut from: ColumnReaderImpl<T>) -> Result<usize, ParquetError> {
+    let (mut values, mut levels, mut repetitions) = (Vec::new(), Vec::new(), Vec::new());
+    from.read_records(1, Some(&mut levels), Some(&mut repetitions), &mut values)?;
+    Ok(values.len())
 }
 
 fn of_type(leaf: usize, column: &ColumnDescriptor) -> ColumnType {
@@ -246,6 +286,8 @@ struct ColumnNumbers {
     values: Vec<f64>,
     /// Number of values according to the footer.
     expected_count: usize,
+    /// Element of a list, and the length of the lists.
+    part: Option<(usize, usize)>,
     /// First time, from which times are counted.
     first_time: Option<FirstTime>,
     finest_resolution: f64,
@@ -259,9 +301,29 @@ impl ColumnNumbers {
         number: impl Fn(T::T) -> (f64, Option<i64>),
     ) -> Result<(), ReadingEnd> {
         let (mut read, mut levels): (Vec<T::T>, Vec<i16>) = (Vec::new(), Vec::new());
+        let mut repetitions: Vec<i16> = Vec::new();
         loop {
             read.clear();
             levels.clear();
+            if let Some((element, length)) = self.part {
+                repetitions.clear();
+                let (rows, ..) = from.read_records(
+                    BATCH_VALUES,
+                    Some(&mut levels),
+                    Some(&mut repetitions),
+                    &mut read,
+                )?;
+                if rows == 0 {
+                    return Ok(());
+                }
+                if read.len() != rows * length || repetitions.len() != rows * length {
+                    let problem = format!("lists of another length than {length}, or with nulls");
+                    return Err(ReadingEnd::Damaged(problem));
+                }
+                let parts = read.drain(..).skip(element).step_by(length);
+                self.values.extend(parts.map(|value| number(value).0));
+                continue;
+            }
             // Levels mark nulls. They are only filled if the column may have nulls.
             let (rows, ..) = from.read_records(BATCH_VALUES, Some(&mut levels), None, &mut read)?;
             if rows == 0 {

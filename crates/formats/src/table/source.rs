@@ -11,6 +11,21 @@ pub(super) trait Source {
     /// Returns the names of the columns.
     fn names(&self) -> &[String];
 
+    /// Returns the unit of each column, from a row of units; empty without one.
+    fn units(&self) -> &[String] {
+        &[]
+    }
+
+    /// Returns the texts of the first row, by column; empty if the file has types.
+    fn first_row_texts(&self) -> &[String] {
+        &[]
+    }
+
+    /// Returns false if the columns have numbers from 1 as names.
+    fn has_header(&self) -> bool {
+        true
+    }
+
     /// Returns the seconds in a unit of a column whose type is a time.
     fn seconds_per_unit(&self, column: usize) -> Option<f64>;
 
@@ -37,4 +52,18 @@ pub(super) struct TableValues {
     pub(super) resolution: f64,
     /// The first time, from which the others count; `None` if its clock is unknown.
     pub(super) first_time: Option<ExactTime>,
+    /// Rows, from 0, at which another recording begins, by a header within the rows.
+    pub(super) begins: Vec<usize>,
+}
+
+impl TableValues {
+    /// Creates the values of a table without rows.
+    pub(super) fn new(columns: usize) -> Self {
+        Self {
+            columns: vec![Vec::new(); columns],
+            resolution: f64::INFINITY,
+            first_time: None,
+            begins: Vec::new(),
+        }
+    }
 }

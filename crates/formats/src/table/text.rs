@@ -1,55 +1,125 @@
-//! Tables as text: a header and one row per line. Commas, semicolons or tabs separate the fields.
-//! Unless commas separate them, numbers may have decimal commas.
+//! Tables as text: one row per line, below a header or without one. Commas, semicolons, tabs or
+//! blanks separate the fields. Numbers may have decimal commas.
 
 use std::io::{BufRead, Chain, Cursor, Read};
 use std::path::{Path, PathBuf};
 
 use super::error::TableError;
 use super::header::Column;
+use super::lines::{LONGEST_LINE, LimitedLines};
+use super::list::elements;
 use super::place::RowPlace;
 use super::source::{Source, TableValues};
+use super::text_layout::{INSPECTED_RECORDS, TextLayout, is_comment, reader_builder};
 use super::time::{ExactTime, FirstTime, digit_resolution, names_its_clock};
 use crate::capacity::Capacity;
 
-/// Largest length of a header line \[bytes\].
-const LONGEST_HEADER: u64 = 1 << 20;
-
-/// The beginning, which was read to find the separator, followed by the rest.
-type Input = Chain<Cursor<Vec<u8>>, Box<dyn BufRead>>;
+/// The beginning, which was read to find the layout, followed by the rest.
+type Input = Chain<Cursor<Vec<u8>>, LimitedLines>;
 
 /// A text table whose header has been read.
 pub(super) struct TextTable {
     path: PathBuf,
     reader: csv::Reader<Input>,
-    names: Vec<String>,
-    delimiter: u8,
+    layout: TextLayout,
 }
 
 impl TextTable {
-    /// Reads the header. `wanted` are the columns looked for; they identify the separator.
+    /// Reads the header. `wanted` are the columns looked for; they identify separator and header.
     pub(super) fn open(
-        mut input: Box<dyn BufRead>,
+        input: Box<dyn BufRead>,
         path: &Path,
         wanted: &[String],
     ) -> Result<Self, TableError> {
         let path = path.to_path_buf();
+        let mut input = LimitedLines::new(input);
         let mut begin = Vec::new();
-        let read = (&mut input).take(LONGEST_HEADER).read_until(b'\n', &mut begin);
-        read.map_err(|source| TableError::Io { file: path.clone(), source })?;
-        let delimiter = find_separator(&begin, wanted);
-        let input = Cursor::new(begin).chain(input);
-        let mut reader =
-            csv::ReaderBuilder::new().trim(csv::Trim::All).delimiter(delimiter).from_reader(input);
-        let header = reader.headers();
-        let header = header.map_err(|error| TableError::Table { file: path.clone(), error })?;
-        let names = header.iter().map(str::to_owned).collect();
-        Ok(Self { path, reader, names, delimiter })
+        for _ in 0..INSPECTED_RECORDS {
+            let read = input.read_until(b'\n', &mut begin);
+            if read.map_err(|error| TableError::from_io(&path, error))? == 0
+                || begin.len() > LONGEST_LINE
+            {
+                break;
+            }
+        }
+        let layout = TextLayout::find(&begin, wanted);
+        let reader = reader_builder(layout.separator).from_reader(Cursor::new(begin).chain(input));
+        Ok(Self { path, reader, layout })
+    }
+
+    /// Reads the next row into `record`; false at the end. Comments are skipped.
+    fn next_row(&mut self, record: &mut csv::StringRecord) -> Result<bool, TableError> {
+        // The lines before the rows may have another encoding.
+        let mut before_rows = csv::ByteRecord::new();
+        for _ in 0..core::mem::take(&mut self.layout.records_before) {
+            let read = self.reader.read_byte_record(&mut before_rows);
+            if !read.map_err(|error| TableError::from_csv(&self.path, error))? {
+                return Ok(false);
+            }
+        }
+        loop {
+            let read = self.reader.read_record(record);
+            if !read.map_err(|error| TableError::from_csv(&self.path, error))? {
+                return Ok(false);
+            }
+            if !record.get(0).is_some_and(is_comment) {
+                return Ok(true);
+            }
+        }
+    }
+
+    /// Checks the number of fields. Empty fields at the end do not count.
+    fn check_length(&self, record: &csv::StringRecord, fields: usize) -> Result<(), TableError> {
+        let expected = self.layout.field_count;
+        let surplus_empty = record.iter().skip(expected).all(str::is_empty);
+        let header = self.layout.head.first().map_or(&[][..], Vec::as_slice);
+        let missing_empty = header.iter().skip(fields).all(String::is_empty);
+        if fields == expected || (fields > expected && surplus_empty) {
+            return Ok(());
+        }
+        if fields < expected && !header.is_empty() && missing_empty {
+            return Ok(());
+        }
+        Err(TableError::FieldCount {
+            file: self.path.clone(),
+            line: record.position().map_or(0, csv::Position::line),
+            found: fields,
+            expected,
+            header_line: self.layout.header_line,
+        })
+    }
+
+    /// Parses a field.
+    fn number(&self, column: Column, text: &str, first: &mut FirstTime) -> Option<f64> {
+        let point = text.contains(',').then(|| text.replace(',', "."));
+        let number = point.as_deref().unwrap_or(text);
+        if number.is_empty() || number.parse().is_ok_and(f64::is_nan) {
+            return Some(f64::NAN);
+        }
+        let value = match column {
+            Column::Time => ExactTime::of_number(number).map(|time| first.seconds_after(time)),
+            Column::Date => ExactTime::of_date(number).map(|time| first.seconds_after(time)),
+            _ => number.parse().ok(),
+        };
+        value.filter(|value| value.is_finite())
     }
 }
 
 impl Source for TextTable {
     fn names(&self) -> &[String] {
-        &self.names
+        &self.layout.names
+    }
+
+    fn units(&self) -> &[String] {
+        &self.layout.units
+    }
+
+    fn first_row_texts(&self) -> &[String] {
+        &self.layout.first_row
+    }
+
+    fn has_header(&self) -> bool {
+        self.layout.header_line.is_some()
     }
 
     fn seconds_per_unit(&self, _: usize) -> Option<f64> {
@@ -57,7 +127,7 @@ impl Source for TextTable {
     }
 
     fn first_row(&self) -> RowPlace {
-        RowPlace::Line(2)
+        RowPlace::Line(self.layout.first_line)
     }
 
     fn read(
@@ -65,56 +135,60 @@ impl Source for TextTable {
         columns: &[Column],
         capacity: Capacity,
     ) -> Result<TableValues, TableError> {
-        let file = || self.path.clone();
-        let mut values = vec![Vec::new(); columns.len()];
-        let (mut first, mut finest) = (FirstTime::default(), f64::INFINITY);
-        let mut of_no_clock = false;
+        let mut read = TableValues::new(columns.len());
+        let (mut first, mut of_no_clock) = (FirstTime::default(), false);
         let mut record = csv::StringRecord::new();
         let mut rows = 0;
-        while self
-            .reader
-            .read_record(&mut record)
-            .map_err(|error| TableError::Table { file: file(), error })?
-        {
+        while self.next_row(&mut record)? {
+            let fields: Vec<&str> = match self.layout.separator {
+                // Several blanks are one separator.
+                b' ' => record.iter().filter(|field| !field.is_empty()).collect(),
+                _ => record.iter().collect(),
+            };
+            if self.layout.head.iter().any(|head| *head == fields) {
+                // Another recording was appended with its header.
+                if read.begins.last() != Some(&rows) && rows > 0 {
+                    read.begins.push(rows);
+                }
+                continue;
+            }
+            self.check_length(&record, fields.len())?;
             if rows == capacity.samples {
-                return Err(TableError::TooLong { file: file(), samples: rows });
+                return Err(TableError::TooLong { file: self.path.clone(), samples: rows });
             }
             rows += 1;
-            for (index, (column, text)) in columns.iter().zip(record.iter()).enumerate() {
+            let mut list: (usize, Option<Vec<&str>>) = (usize::MAX, None);
+            for (index, column) in columns.iter().enumerate() {
                 if *column == Column::Other {
                     continue;
                 }
-                let point =
-                    (self.delimiter != b',' && text.contains(',')).then(|| text.replace(',', "."));
-                let number = point.as_deref().unwrap_or(text);
-                if number.is_empty() || number.parse().is_ok_and(f64::is_nan) {
-                    values[index].push(f64::NAN);
-                    continue;
-                }
-                let value = match column {
-                    Column::Time => {
-                        ExactTime::of_number(number).map(|time| first.seconds_after(time))
+                let place = &self.layout.columns[index];
+                let field = fields.get(place.field).copied().unwrap_or("");
+                let text = match place.element {
+                    None => field,
+                    Some(element) => {
+                        if list.0 != place.field {
+                            list = (place.field, elements(field));
+                        }
+                        let part = list.1.as_ref().and_then(|parts| parts.get(element).copied());
+                        part.unwrap_or(field)
                     }
-                    Column::Date => {
-                        ExactTime::of_date(number).map(|time| first.seconds_after(time))
-                    }
-                    _ => number.parse().ok(),
                 };
-                let value = value.filter(|value| value.is_finite()).ok_or_else(|| {
+                let value = self.number(*column, text, &mut first).ok_or_else(|| {
                     let line = record.position().map_or(0, csv::Position::line);
-                    let (file, place) = (file(), RowPlace::Line(line));
-                    let (column_name, text) = (self.names[index].clone(), text.to_owned());
-                    field_error(*column, file, place, column_name, text)
+                    let (file, place) = (self.path.clone(), RowPlace::Line(line));
+                    let (name, text) = (self.layout.names[index].clone(), text.to_owned());
+                    field_error(*column, file, place, name, text)
                 })?;
-                values[index].push(value);
-                if column.is_time() {
-                    finest = finest.min(digit_resolution(number));
-                    of_no_clock |= *column == Column::Date && !names_its_clock(number);
+                read.columns[index].push(value);
+                if column.is_time() && !value.is_nan() {
+                    read.resolution = read.resolution.min(digit_resolution(text));
+                    of_no_clock |= *column == Column::Date && !names_its_clock(text);
                 }
             }
         }
-        let first = first.0.filter(|_| !of_no_clock);
-        Ok(TableValues { columns: values, resolution: finest, first_time: first })
+        read.first_time = first.0.filter(|_| !of_no_clock);
+        Ok(read)
     }
 }
 
@@ -133,21 +207,4 @@ fn field_error(
         }
         _ => TableError::NotANumber { file, place, column, text },
     }
-}
-
-/// Returns the separator of a header line: the one that finds most of the wanted columns, or most
-/// fields.
-fn find_separator(line: &[u8], wanted: &[String]) -> u8 {
-    let fields = |separator: u8| -> (usize, usize) {
-        let mut reader = csv::ReaderBuilder::new()
-            .has_headers(false)
-            .trim(csv::Trim::All)
-            .delimiter(separator)
-            .from_reader(line);
-        let Some(Ok(record)) = reader.records().next() else { return (0, 0) };
-        let matching = record.iter().filter(|field| wanted.iter().any(|name| name == field));
-        (matching.count(), record.len())
-    };
-    // If several separators are equally good, the comma wins.
-    [b'\t', b';', b','].into_iter().max_by_key(|separator| fields(*separator)).unwrap_or(b',')
 }

@@ -12,13 +12,13 @@ use crate::measurement::Measurement;
 /// to read the same value back.
 ///
 /// # Errors
-/// [`TableError::Io`] or [`TableError::Table`] when the file cannot be written.
+/// [`TableError::Io`] when the file cannot be written.
 pub fn write_csv(
     measured: &Measurement,
     output: impl Write,
     path: &Path,
 ) -> Result<(), TableError> {
-    let table = |error| TableError::Table { file: path.to_path_buf(), error };
+    let table = |error| TableError::from_csv(path, error);
     let mut writer = csv::Writer::from_writer(output);
     let blocks: Vec<(Quantity, &Vec<Vec<f64>>)> = [
         (Quantity::Position, Some(&measured.signals.position_rad)),

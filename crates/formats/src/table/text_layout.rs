@@ -1,0 +1,250 @@
+//! Layout of a text table, from its first lines: the separator, the lines before the rows, and the
+//! columns.
+
+use super::list::elements;
+
+/// Most records that are inspected.
+pub(super) const INSPECTED_RECORDS: usize = 1000;
+/// Separators. If several fit equally well, the last one is taken; blanks fit only if nothing else
+/// does, because names contain them.
+const SEPARATORS: [u8; 4] = [b' ', b'\t', b';', b','];
+/// Marks of a line that is a comment, or the header of NumPy and MATLAB.
+const COMMENT_MARKS: [char; 2] = ['#', '%'];
+/// Names of a row of units.
+const UNIT_ROW_NAMES: [&str; 4] = ["unit", "units", "einheit", "unité"];
+
+/// A column.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct TextColumn {
+    /// Field of the row, from 0.
+    pub(super) field: usize,
+    /// Element of the field, if the field is a list.
+    pub(super) element: Option<usize>,
+}
+
+/// Layout of a text table.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct TextLayout {
+    pub(super) separator: u8,
+    /// Number of fields of the header, or of the rows without a header.
+    pub(super) field_count: usize,
+    /// Line of the header, from 1, if there is one.
+    pub(super) header_line: Option<u64>,
+    /// Line of the first row, from 1.
+    pub(super) first_line: u64,
+    /// Number of records before the first row.
+    pub(super) records_before: usize,
+    /// The header and the lines between it and the rows. A recording that was appended repeats
+    /// them.
+    pub(super) head: Vec<Vec<String>>,
+    pub(super) columns: Vec<TextColumn>,
+    /// Names of the columns; those of a list have an index, `position[0]`. Numbers from 1 without a
+    /// header.
+    pub(super) names: Vec<String>,
+    /// Unit of each column, from a row of units below the header; empty without one.
+    pub(super) units: Vec<String>,
+    /// Texts of the first row, by column.
+    pub(super) first_row: Vec<String>,
+}
+
+/// A line of the sample.
+struct SampleRecord {
+    /// Number of records before it.
+    place: usize,
+    /// Line, from 1.
+    line: u64,
+    fields: Vec<String>,
+}
+
+impl TextLayout {
+    /// Finds the layout from the first lines. `wanted` are the columns looked for.
+    pub(super) fn find(sample: &[u8], wanted: &[String]) -> Self {
+        // A number may be that of a column, and stand in any row.
+        let wanted: Vec<&str> =
+            wanted.iter().map(String::as_str).filter(|name| !is_number(name)).collect();
+        let layouts = SEPARATORS.into_iter().map(|separator| {
+            let layout = Self::with_separator(sample, separator, &wanted);
+            let matching =
+                layout.names.iter().filter(|name| wanted.contains(&name.as_str())).count();
+            let numbers = layout.first_row.iter().filter(|text| is_number(text)).count();
+            let fields = if separator == b' ' { 0 } else { layout.field_count };
+            ((matching, numbers, fields), layout)
+        });
+        layouts.max_by_key(|(fit, _)| *fit).map(|(_, layout)| layout).unwrap_or_default()
+    }
+
+    fn with_separator(sample: &[u8], separator: u8, wanted: &[&str]) -> Self {
+        let records = sample_records(sample, separator);
+        let count = most_frequent_count(&records);
+        let numbers =
+            |record: &&SampleRecord| record.fields.iter().filter(|field| is_numeric(field)).count();
+        // A row in the middle of the rows shows which columns have numbers.
+        let typical_row = records.iter().filter(|record| record.fields.len() == count);
+        let typical_row = typical_row.max_by_key(numbers);
+        let is_numeric_column: Vec<bool> = typical_row
+            .map(|row| row.fields.iter().map(|field| is_numeric(field)).collect())
+            .unwrap_or_default();
+        let header = find_header(&records, count, &is_numeric_column, wanted);
+        let begin = header.map_or(0, |header| header + 1);
+        let is_row = |record: &SampleRecord| {
+            record.fields.len() != count || !is_below_header(&record.fields, &is_numeric_column)
+        };
+        let begin = match header {
+            Some(_) => records.iter().skip(begin).position(is_row).map_or(begin, |at| begin + at),
+            None => records.iter().position(|record| record.fields.len() == count).unwrap_or(0),
+        };
+        let head = records.get(header.unwrap_or(begin)..begin).unwrap_or_default();
+        let row = records.get(begin).map_or(&[][..], |record| &record.fields);
+        let field_count = head.first().map_or(count, |header| header.fields.len());
+        let mut layout = Self {
+            separator,
+            field_count,
+            header_line: head.first().map(|header| header.line),
+            first_line: records.get(begin).map_or(1, |record| record.line),
+            records_before: records.get(begin).map_or(usize::MAX, |record| record.place),
+            head: head.iter().map(|record| record.fields.clone()).collect(),
+            ..Self::default()
+        };
+        layout.add_columns(row, typical_row.map_or(&[], |record| &record.fields));
+        layout
+    }
+
+    /// Adds the columns: one for each field, or for each element of a field that is a list.
+    fn add_columns(&mut self, row: &[String], typical_row: &[String]) {
+        let units = unit_row(&self.head).cloned();
+        for field in 0..self.field_count {
+            let header = self.head.first().and_then(|header| header.get(field));
+            let name = header.cloned().unwrap_or_else(|| (field + 1).to_string());
+            let text = row.get(field).map_or("", String::as_str);
+            let typical_text = typical_row.get(field).map_or("", String::as_str);
+            let unit = units.as_ref().map(|units| units.get(field).cloned().unwrap_or_default());
+            let parts = elements(typical_text).filter(|_| is_numeric(typical_text));
+            let count = parts.as_ref().map_or(1, Vec::len);
+            for element in 0..count {
+                let is_list = parts.is_some();
+                self.columns.push(TextColumn { field, element: is_list.then_some(element) });
+                let index = if is_list { format!("[{element}]") } else { String::new() };
+                self.names.push(format!("{name}{index}"));
+                self.units.extend(unit.clone());
+                let part = elements(text).and_then(|parts| parts.get(element).copied());
+                self.first_row.push(part.filter(|_| is_list).unwrap_or(text).to_owned());
+            }
+        }
+    }
+}
+
+/// Splits the sample into records. A comment mark at the beginning of a line is removed.
+fn sample_records(sample: &[u8], separator: u8) -> Vec<SampleRecord> {
+    let mut reader = reader_builder(separator).from_reader(sample);
+    let records = reader.byte_records().take(INSPECTED_RECORDS).map_while(Result::ok);
+    let records = records.enumerate().map(|(place, record)| {
+        let fields = record.iter().map(|field| String::from_utf8_lossy(field).into_owned());
+        let mut fields: Vec<String> = fields.collect();
+        if let Some(first) = fields.first_mut().filter(|first| is_comment(first)) {
+            *first = first.trim_start_matches(COMMENT_MARKS).trim().to_owned();
+        }
+        if separator == b' ' {
+            fields.retain(|field| !field.is_empty());
+        }
+        SampleRecord { place, line: line_of(&record, sample), fields }
+    });
+    records.filter(|record| record.fields.iter().any(|field| !field.is_empty())).collect()
+}
+
+/// Returns the line of a record, from 1. Its position is that of the blank lines before it.
+fn line_of(record: &csv::ByteRecord, sample: &[u8]) -> u64 {
+    let Some(position) = record.position() else { return 1 };
+    let at = usize::try_from(position.byte()).unwrap_or(usize::MAX);
+    let rest = sample.get(at..).unwrap_or_default().iter();
+    let breaks = rest.take_while(|byte| matches!(byte, b'\r' | b'\n'));
+    position.line() + breaks.filter(|byte| **byte == b'\n').count() as u64
+}
+
+/// Returns the settings of the reader of records.
+pub(super) fn reader_builder(separator: u8) -> csv::ReaderBuilder {
+    let mut builder = csv::ReaderBuilder::new();
+    builder.has_headers(false).flexible(true).trim(csv::Trim::All).delimiter(separator);
+    builder
+}
+
+/// Returns true if a line with this first field is a comment.
+pub(super) fn is_comment(first: &str) -> bool {
+    first.starts_with(COMMENT_MARKS)
+}
+
+/// Returns the number of fields that most records have; the larger one of equals.
+fn most_frequent_count(records: &[SampleRecord]) -> usize {
+    let count_of = |fields: usize| records.iter().filter(|of| of.fields.len() == fields).count();
+    let mut counts: Vec<usize> = records.iter().map(|record| record.fields.len()).collect();
+    counts.sort_unstable();
+    counts.dedup();
+    counts.into_iter().max_by_key(|fields| (count_of(*fields), *fields)).unwrap_or_default()
+}
+
+/// Returns the record of the header: the one with most of the wanted columns, or the first one of
+/// the rows' length with a text above numbers, or the last one without a number.
+fn find_header(
+    records: &[SampleRecord],
+    count: usize,
+    is_numeric_column: &[bool],
+    wanted: &[&str],
+) -> Option<usize> {
+    let matches = |record: &SampleRecord| {
+        record.fields.iter().filter(|field| wanted.contains(&field.as_str())).count()
+    };
+    let best = records.iter().enumerate().rev().max_by_key(|(_, record)| matches(record));
+    if let Some((at, record)) = best
+        && matches(record) > 0
+    {
+        return Some(at);
+    }
+    let first = records.iter().position(|record| record.fields.len() == count)?;
+    let fields = &records[first].fields;
+    let has_numbers = is_numeric_column.contains(&true);
+    if !has_numbers || texts_above_numbers(fields, is_numeric_column) > 0 || is_count(fields) {
+        return Some(first);
+    }
+    let is_text = |record: &SampleRecord| {
+        record.fields.len() > 1 && !record.fields.iter().any(|field| is_numeric(field))
+    };
+    records[..first].iter().rposition(is_text)
+}
+
+/// Counts the texts in columns of numbers.
+fn texts_above_numbers(fields: &[String], is_numeric_column: &[bool]) -> usize {
+    let columns = fields.iter().zip(is_numeric_column);
+    columns.filter(|(field, is)| **is && !field.is_empty() && !is_numeric(field)).count()
+}
+
+/// Returns true for a record that belongs to the header: at least half of the numbers are texts.
+fn is_below_header(fields: &[String], is_numeric_column: &[bool]) -> bool {
+    let numbers = is_numeric_column.iter().filter(|is| **is).count();
+    numbers > 0 && 2 * texts_above_numbers(fields, is_numeric_column) >= numbers
+}
+
+/// Returns true for the header of columns without names: 0, 1, 2 and so on, after an empty field of
+/// an index (pandas).
+fn is_count(fields: &[String]) -> bool {
+    let numbers = fields.strip_prefix(&[String::new()]).unwrap_or(fields);
+    numbers.len() > 2 && numbers.iter().enumerate().all(|(at, field)| *field == at.to_string())
+}
+
+/// Returns the row of units below a header: the one that says so, or the only one.
+fn unit_row(head: &[Vec<String>]) -> Option<&Vec<String>> {
+    let below = head.get(1..)?;
+    let says_unit = |field: &String| UNIT_ROW_NAMES.contains(&field.to_lowercase().as_str());
+    let says = below.iter().find(|fields| fields.iter().any(says_unit));
+    says.or_else(|| below.first().filter(|_| below.len() == 1))
+}
+
+/// Returns true for a number, or a list of numbers.
+fn is_numeric(field: &str) -> bool {
+    match elements(field) {
+        Some(parts) => !parts.is_empty() && parts.into_iter().all(is_number),
+        None => is_number(field),
+    }
+}
+
+fn is_number(text: &str) -> bool {
+    text.replace(',', ".").parse::<f64>().is_ok()
+}
