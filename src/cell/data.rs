@@ -11,6 +11,10 @@ use didim_formats::{
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use super::unit::{
+    OneOrEach, POSITION_UNITS, QuantityUnits, TORQUE_UNITS, TorqueUnit, Unit, numbers, wrong_count,
+};
+
 /// Tables (CSV) of measured signals. Without columns, they have didim's own: `motor_position_rad_1`
 /// and so on.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
@@ -84,8 +88,9 @@ pub struct BagSection {
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, expecting = "a unit such as { unit = \"Nm\" }")]
 pub struct EffortSection {
-    /// `"Nm"`, `"mNm"`; of a prismatic joint `"N"`; `"A"` or `"mA"`, of a current.
-    pub unit: OneOrEach<String>,
+    /// `"Nm"`, `"mNm"`, `"Ncm"`, `"kNm"`; of a prismatic joint `"N"`, `"kN"`; `"A"` or `"mA"`, of a
+    /// current. Another unit by its size in N·m or N: `{ name = "%", si = 1.2 }`.
+    pub unit: OneOrEach<Unit>,
     /// Torque or force of one ampere, for a current \[N·m/A or N/A\].
     ///
     /// Required with a current.
@@ -107,11 +112,11 @@ pub struct EffortSection {
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, expecting = "a column such as { column = \"t\", unit = \"ms\" }")]
 pub struct TimeColumn {
-    /// The name of the column.
+    /// The name of the column, or its number, from 1.
     ///
     /// If left out: `sec` and `nanosec`.
     #[serde(default)]
-    pub column: Option<String>,
+    pub column: Option<ColumnName>,
     /// Its unit: `"s"`, `"ms"`, `"us"`, `"ns"`; `"iso8601"`, of dates as
     /// 2024-05-01T12:00:00.123456Z.
     ///
@@ -122,12 +127,12 @@ pub struct TimeColumn {
     ///
     /// If left out: `column` and `unit`.
     #[serde(default)]
-    pub sec: Option<String>,
+    pub sec: Option<ColumnName>,
     /// The column of the nanoseconds beyond them [ns].
     ///
     /// If left out: `column` and `unit`.
     #[serde(default)]
-    pub nanosec: Option<String>,
+    pub nanosec: Option<ColumnName>,
 }
 
 /// The columns of one quantity.
@@ -142,15 +147,18 @@ pub struct DataColumns {
     ///
     /// If left out: `columns` names them.
     #[serde(default)]
-    pub column: Option<String>,
-    /// A name for each axis, in the arm's order.
+    pub column: Option<ColumnName>,
+    /// A name for each axis, in the arm's order, or a number for each, from 1: `[2, 3]`. An element
+    /// of a list in a field has an index, from 0: `"position[0]"`.
     ///
     /// If left out: `column` names them.
     #[serde(default)]
-    pub columns: Option<Vec<String>>,
-    /// The unit of the columns. Positions: `"rad"`, `"deg"`; of a prismatic joint `"m"`, `"mm"`.
-    /// Torques: `"Nm"`, `"mNm"`; of a prismatic joint `"N"`; of a current `"A"`, `"mA"`.
-    pub unit: OneOrEach<String>,
+    pub columns: Option<Vec<ColumnName>>,
+    /// The unit of the columns. Positions: `"rad"`, `"deg"`, `"rev"`, `"mrad"`, `"mdeg"`; of a
+    /// prismatic joint `"m"`, `"mm"`, `"um"`. Torques: `"Nm"`, `"mNm"`, `"Ncm"`, `"kNm"`; of a
+    /// prismatic joint `"N"`, `"kN"`; of a current `"A"`, `"mA"`. Any other unit by its size in
+    /// rad, m, N·m or N: `{ name = "count", si = 1.5e-4 }`.
+    pub unit: OneOrEach<Unit>,
     /// Torque or force of one ampere, for a current \[N·m/A or N/A\], on the side of the
     /// transmission that `side` names. Not for positions.
     ///
@@ -174,23 +182,29 @@ pub struct DataColumns {
     /// If left out: 0.
     #[serde(default)]
     pub zero: Option<OneOrEach<f64>>,
+    /// True if the angles wrap at a turn, as from −180° to 180°. They are unwrapped, from within
+    /// half a turn of 0. Not for torques.
+    ///
+    /// If left out: true for the continuous joints of a URDF, on the joint side.
+    #[serde(default)]
+    pub wraps: Option<OneOrEach<bool>>,
 }
 
-/// One for all axes, or one for each.
+/// The name of a column, or its number, from 1.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
-#[serde(untagged, expecting = "one for all axes, or a list of one for each")]
-pub enum OneOrEach<T> {
-    /// For all.
-    One(T),
-    /// For each.
-    Each(Vec<T>),
+#[serde(untagged, expecting = "the name of a column, or its number, from 1")]
+pub enum ColumnName {
+    /// The number.
+    Number(u16),
+    /// The name.
+    Name(String),
 }
 
-impl<T: Clone> OneOrEach<T> {
-    pub(super) fn of_each(&self, axes: usize) -> Option<Vec<T>> {
+impl ColumnName {
+    fn text(&self) -> String {
         match self {
-            Self::One(one) => Some(vec![one.clone(); axes]),
-            Self::Each(each) => (each.len() == axes).then(|| each.clone()),
+            Self::Number(number) => number.to_string(),
+            Self::Name(name) => name.clone(),
         }
     }
 }
@@ -210,40 +224,19 @@ type Wrong = (&'static str, String);
 /// Range of plausible sample rates.
 const RATES_HZ: RangeInclusive<f64> = 1.0..=20_000.0;
 
-/// Units of a quantity.
-struct QuantityUnits {
-    units: &'static [(&'static str, JointKind, f64)],
-    /// True if the quantity may be given as a current.
-    allows_current: bool,
-}
-
-/// Units of currents, with their size in amperes.
-pub(crate) const CURRENT_UNITS: [(&str, f64); 2] = [("A", 1.0), ("mA", 1e-3)];
-const POSITION_UNITS: QuantityUnits = QuantityUnits {
-    units: &[
-        ("rad", JointKind::Revolute, 1.0),
-        ("deg", JointKind::Revolute, core::f64::consts::PI / 180.0),
-        ("m", JointKind::Prismatic, 1.0),
-        ("mm", JointKind::Prismatic, 1e-3),
-    ],
-    allows_current: false,
-};
-const TORQUE_UNITS: QuantityUnits = QuantityUnits {
-    units: &[
-        ("Nm", JointKind::Revolute, 1.0),
-        ("mNm", JointKind::Revolute, 1e-3),
-        ("N", JointKind::Prismatic, 1.0),
-    ],
-    allows_current: true,
-};
 /// Unit that means dates as text.
 pub(crate) const DATE_UNIT: &str = "iso8601";
 const TIME_UNITS: [(&str, f64); 4] = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)];
 
 impl DataSection {
     /// Returns the sampling, the columns of tables and the joints of bags. `named` are the joint
-    /// names of a URDF.
-    pub(super) fn read(&self, robot: &Robot, named: &[String]) -> Result<RecordingFormat, Wrong> {
+    /// names of a URDF, and `continuous` those that turn without end.
+    pub(super) fn read(
+        &self,
+        robot: &Robot,
+        named: &[String],
+        continuous: &[&str],
+    ) -> Result<RecordingFormat, Wrong> {
         if !RATES_HZ.contains(&self.rate_hz) {
             let (least, most) = (RATES_HZ.start(), RATES_HZ.end());
             let problem =
@@ -256,16 +249,18 @@ impl DataSection {
             return Err(("data.torque_valid", problem.to_owned()));
         }
         let torque_timing = self.torque_valid.timing(self.rate_hz);
+        let wraps: Vec<bool> =
+            named.iter().map(|joint| continuous.contains(&joint.as_str())).collect();
         Ok(RecordingFormat {
             rate_hz: self.rate_hz,
             torque_timing: torque_timing.map_err(|problem| ("data.torque_valid", problem))?,
-            columns: self.columns(robot)?,
+            columns: self.columns(robot, &wraps)?,
             bag: self.bag_spec(robot, named)?,
         })
     }
 
     /// Returns the columns for the robot's axes. `None` if the tables have didim's own format.
-    fn columns(&self, robot: &Robot) -> Result<Option<Columns>, Wrong> {
+    fn columns(&self, robot: &Robot, continuous: &[bool]) -> Result<Option<Columns>, Wrong> {
         let (position, torque) = match (&self.position, &self.torque) {
             (Some(position), Some(torque)) => (position, torque),
             (None, None)
@@ -281,7 +276,13 @@ impl DataSection {
         let side = self.transmission_side()?;
         let kinds = kinds(robot);
         let column_of = |key, columns: &DataColumns, units: &QuantityUnits| {
-            axis_columns(columns, units, side, &kinds).map_err(|problem| (key, problem))
+            let axes = axis_columns(columns, units, side, &kinds);
+            let mut axes = axes.map_err(|problem| (key, problem))?;
+            let is_angle = !units.allows_current && side == Side::Joint;
+            if is_angle && columns.wraps.is_none() {
+                axes.wraps = continuous.to_vec();
+            }
+            Ok(axes)
         };
         Ok(Some(Columns {
             side,
@@ -349,9 +350,9 @@ fn kinds(robot: &Robot) -> Vec<JointKind> {
 fn time_columns(time: &TimeColumn) -> Result<TimeColumns, Wrong> {
     let TimeColumn { column, unit, sec, nanosec } = time;
     let (column, unit) = match (column, unit, sec, nanosec) {
-        (Some(column), Some(unit), None, None) => (column.clone(), unit),
+        (Some(column), Some(unit), None, None) => (column.text(), unit),
         (None, None, Some(sec), Some(nanosec)) => {
-            return Ok(TimeColumns::Parts { sec: sec.clone(), nanosec: nanosec.clone() });
+            return Ok(TimeColumns::Parts { sec: sec.text(), nanosec: nanosec.text() });
         }
         _ => {
             let problem = "is one column or two; give `column` and `unit`, or `sec` and `nanosec`";
@@ -378,13 +379,18 @@ fn axis_columns(
     kinds: &[JointKind],
 ) -> Result<AxisColumns, String> {
     let axes = kinds.len();
-    let names = match (&columns.column, &columns.columns) {
+    let list = |names: &Vec<ColumnName>| names.iter().map(ColumnName::text).collect::<Vec<_>>();
+    let pattern = columns.column.as_ref().map(ColumnName::text);
+    let names = match (pattern, columns.columns.as_ref().map(list)) {
+        (Some(_), Some(_)) | (None, None) => {
+            return Err("give `column` or `columns`, and not both".to_owned());
+        }
         (Some(pattern), None)
             if axes == 1
                 || pattern.contains(AXIS_PLACEHOLDER)
                 || pattern.contains(INDEX_PLACEHOLDER) =>
         {
-            vec![pattern.clone()]
+            vec![pattern]
         }
         (Some(pattern), None) => {
             return Err(format!(
@@ -392,16 +398,20 @@ fn axis_columns(
                 or {INDEX_PLACEHOLDER} (from 0) in place of the number"
             ));
         }
-        (None, Some(names)) if names.len() == axes => names.clone(),
+        (None, Some(names)) if names.len() == axes => names,
         (None, Some(names)) => {
             return Err(format!(
                 "`columns` has {} names for {axes} axes; give one for each",
                 names.len()
             ));
         }
-        _ => return Err("give `column` or `columns`, and not both".to_owned()),
     };
-    let DataColumns { unit, sign, per_ampere, factor, zero, .. } = columns;
+    let DataColumns { unit, sign, per_ampere, factor, zero, wraps, .. } = columns;
+    if wraps.is_some() && units.allows_current {
+        return Err("has `wraps`, which belongs to positions; remove it".to_owned());
+    }
+    let wraps = wraps.as_ref().map_or(Some(Vec::new()), |wraps| wraps.of_each(axes));
+    let wraps = wraps.ok_or_else(|| wrong_count("wraps", axes))?;
     if zero.is_some() && units.allows_current {
         return Err("has `zero`, which belongs to positions; identify the offset of a torque as \
             `offset` of the friction"
@@ -415,87 +425,5 @@ fn axis_columns(
         factor: factor.as_ref(),
     };
     let scales = torque_unit.axis_scales(units, side, kinds)?;
-    Ok(AxisColumns { names, scales, zeros: zeros?, wraps: Vec::new() })
-}
-
-/// Returns the finite numbers of a key, one for each axis.
-fn numbers(configured: &OneOrEach<f64>, key: &str, axes: usize) -> Result<Vec<f64>, String> {
-    let numbers = configured.of_each(axes).ok_or_else(|| wrong_count(key, axes))?;
-    match numbers.iter().find(|number| !number.is_finite()) {
-        Some(number) => Err(format!("has a `{key}` of {number}; use a finite number")),
-        None => Ok(numbers),
-    }
-}
-
-/// Returns the problem of a key with another number of entries than axes.
-fn wrong_count(key: &str, axes: usize) -> String {
-    format!("`{key}` has another number of entries than the arm has axes, {axes}")
-}
-
-/// Configured unit, sign and factor of a quantity, and the torque per ampere of a current.
-struct TorqueUnit<'a> {
-    unit: &'a OneOrEach<String>,
-    sign: Option<&'a OneOrEach<f64>>,
-    per_ampere: Option<&'a OneOrEach<f64>>,
-    factor: Option<&'a OneOrEach<f64>>,
-}
-
-impl TorqueUnit<'_> {
-    /// Returns the signed SI value of one unit, for each axis.
-    fn axis_scales(
-        &self,
-        units: &QuantityUnits,
-        side: Side,
-        kinds: &[JointKind],
-    ) -> Result<Vec<f64>, String> {
-        let axes = kinds.len();
-        let each = |what: &str| wrong_count(what, axes);
-        let unit = self.unit.of_each(axes).ok_or_else(|| each("unit"))?;
-        let signs = self.sign.map_or(Some(vec![1.0; axes]), |signs| signs.of_each(axes));
-        let signs = signs.ok_or_else(|| each("sign"))?;
-        if let Some(sign) = signs.iter().find(|sign| !matches!(**sign, 1.0 | -1.0)) {
-            return Err(format!("has a sign of {sign}; use 1 or -1, and the unit for all else"));
-        }
-        let amperes =
-            |unit: &str| CURRENT_UNITS.iter().find(|(name, _)| *name == unit).map(|of| of.1);
-        if self.per_ampere.is_some() && !unit.iter().any(|unit| amperes(unit).is_some()) {
-            return Err("has `per_ampere`, which belongs to the units \"A\" and \"mA\"".to_owned());
-        }
-        let of_each = |of: &OneOrEach<f64>| of.of_each(axes).ok_or_else(|| each("per_ampere"));
-        let per_ampere = self.per_ampere.map(of_each).transpose()?;
-        let scale = |axis: usize| -> Result<f64, String> {
-            // A motor is always revolute, whatever its joint's kind.
-            let kind = if side == Side::Motor { JointKind::Revolute } else { kinds[axis] };
-            if let Some(amperes) = amperes(&unit[axis]).filter(|_| units.allows_current) {
-                let of_one = per_ampere.as_ref().map(|of| of[axis]);
-                let fits = of_one.filter(|of| of.is_finite() && *of > 0.0);
-                return fits.map(|of_one| amperes * of_one).ok_or_else(|| {
-                    format!(
-                        "has the unit \"{}\"; give `per_ampere` with it, the torque or force of \
-                        one ampere, above 0",
-                        unit[axis]
-                    )
-                });
-            }
-            let fitting = units.units.iter().filter(|(_, of, _)| *of == kind);
-            let scale_found = fitting.clone().find(|(name, ..)| *name == unit[axis]);
-            scale_found.map(|(.., scale)| *scale).ok_or_else(|| {
-                let currents = CURRENT_UNITS.iter().filter(|_| units.allows_current);
-                let names = fitting.map(|(name, ..)| *name).chain(currents.map(|(name, _)| *name));
-                let names: Vec<String> = names.map(|name| format!("\"{name}\"")).collect();
-                format!(
-                    "has the unit \"{}\" for axis {}; use {}",
-                    unit[axis],
-                    axis + 1,
-                    names.join(" or ")
-                )
-            })
-        };
-        let factors =
-            self.factor.map_or(Ok(vec![1.0; axes]), |factor| numbers(factor, "factor", axes))?;
-        if let Some(factor) = factors.iter().find(|factor| **factor <= 0.0) {
-            return Err(format!("has a factor of {factor}; use one above 0, and `sign` for signs"));
-        }
-        (0..axes).map(|axis| Ok(scale(axis)? * signs[axis] * factors[axis])).collect()
-    }
+    Ok(AxisColumns { names, scales, zeros: zeros?, wraps })
 }

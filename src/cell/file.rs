@@ -19,8 +19,9 @@ use serde::de::{Unexpected, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 
 use super::BusAddress;
-use super::data::{DataSection, OneOrEach};
+use super::data::DataSection;
 use super::torque_joints::JointReference;
+use super::unit::OneOrEach;
 use crate::archive::drift::DriftOptions;
 use crate::live::acquire::RealTimeOptions;
 use crate::live::recording::RecordingOptions;

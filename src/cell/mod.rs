@@ -20,6 +20,7 @@ mod setting;
 mod signal_source;
 mod suggestion;
 mod torque_joints;
+mod unit;
 mod values;
 
 use std::path::{Path, PathBuf};
@@ -32,7 +33,7 @@ use didim_identification::identification::{KeptParameters, Method, Options};
 
 pub use address::{BusAddress, BusAddressError};
 pub use bus::CellBus;
-pub(crate) use data::{CURRENT_UNITS, DATE_UNIT};
+pub(crate) use data::DATE_UNIT;
 pub use data::{DataColumns, DataSection};
 pub use error::{CellError, Faults};
 pub use file::{
@@ -45,6 +46,7 @@ pub use robot::{RobotSource, joint_names};
 pub use screening::{CommandCheck, LimitCheck, RateCheck, RestCheck, ScreeningOptions};
 pub use signal_source::SignalSource;
 pub use torque_joints::{JointReference, TorqueJointsError};
+pub(crate) use unit::CURRENT_UNITS;
 
 use crate::archive::store::ConfigurationTexts;
 use crate::live::recording::JointCurves;

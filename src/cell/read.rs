@@ -196,7 +196,7 @@ fn signals(
         (None, Some(data)) => {
             let arm = arm?;
             let named: Vec<String> = arm.source.joint_names().map(str::to_owned).collect();
-            match data.read(&arm.robot, &named) {
+            match data.read(&arm.robot, &named, &arm.source.continuous_joints()) {
                 Ok(data) => Some(CellSignals {
                     bus: None,
                     columns: data.columns,

@@ -93,6 +93,16 @@ impl RobotSource {
         self.urdf.iter().flat_map(UrdfArm::joint_names)
     }
 
+    /// Returns the names of the joints of a URDF that turn without end.
+    pub fn continuous_joints(&self) -> Vec<&str> {
+        let notes = self.notes().iter();
+        let joints = notes.filter_map(|note| match note {
+            UrdfNote::Continuous { joint } => Some(joint.as_str()),
+            _ => None,
+        });
+        joints.collect()
+    }
+
     /// Returns the notes on a URDF's arm.
     pub fn notes(&self) -> &[UrdfNote] {
         self.urdf.as_ref().map_or(&[], UrdfArm::notes)

@@ -5,7 +5,8 @@ use didim_dynamics::robot::JointIndex;
 use didim_formats::Side;
 use didim_identification::identification::{Change, FlippedSignal, Setting, SettingValue};
 
-use super::data::{DataSection, OneOrEach};
+use super::data::DataSection;
+use super::unit::OneOrEach;
 use super::{Cell, CellBus, CellFile, SignalSource, open};
 use crate::text::to_uncertainty;
 

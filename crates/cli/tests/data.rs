@@ -159,7 +159,15 @@ fn what_is_wrong_with_the_columns_is_said_by_key() {
         ),
         (
             DATA.replace("unit = \"mNm\"", "unit = \"C\""),
-            "the unit \"C\" for axis 1; use \"Nm\" or \"mNm\" or \"A\"",
+            "the unit \"C\" for axis 1; use \"Nm\" or \"mNm\" or \"Ncm\"",
+        ),
+        (
+            DATA.replace("unit = \"mNm\"", "unit = { name = \"x\", si = 0 }"),
+            "the unit \"x\" of the size 0",
+        ),
+        (
+            DATA.replace("unit = \"mNm\"", "unit = \"mNm\", wraps = true"),
+            "`wraps`, which belongs to positions",
         ),
         (
             DATA.replace("\"ms\"", "\"min\""),
