@@ -46,7 +46,7 @@ pub use robot::{RobotSource, joint_names};
 pub use screening::{CommandCheck, LimitCheck, RateCheck, RestCheck, ScreeningOptions};
 pub use signal_source::SignalSource;
 pub use torque_joints::{JointReference, TorqueJointsError};
-pub(crate) use unit::CURRENT_UNITS;
+pub(crate) use unit::{CURRENT_UNITS, POSITION_UNITS, QuantityUnits, TORQUE_UNITS};
 
 use crate::archive::store::ConfigurationTexts;
 use crate::live::recording::JointCurves;

@@ -138,6 +138,7 @@ fn survey_of_topic<'r>(
                 robot,
                 position: all.signals.position_rad,
                 torque: all.signals.torque_nm,
+                has_turns: false,
             })
         }
         _ => None,

@@ -10,8 +10,10 @@ use didim_formats::AXIS_PLACEHOLDER;
 use super::bus::{VALIDITY_QUESTION, drives, propose_bus_and_windows, rate, rate_hz};
 use super::draft::Draft;
 use super::evidence::{Evidence, ProposalError, relative_to_cell};
-use super::names::{ColumnGroup, ColumnMeaning, column_groups, column_meaning, split_words};
-use super::table::{choose_group, choose_torque_group, is_measured};
+use super::names::{
+    ColumnGroup, ColumnMeaning, column_meaning, is_measured, numbered_groups, split_words,
+};
+use super::table::{choose_group, choose_torque_group};
 use super::value::{Guess, list_text, quote_text};
 
 /// Identifier of the CANopen SYNC.
@@ -39,7 +41,7 @@ pub(super) fn propose(
         })
         .map(named)
         .collect();
-    let groups = column_groups(&names, axes, &[]);
+    let groups = numbered_groups(&names, axes);
     let bus = DbcSignals { axes, signals, groups, messages: database.messages().collect() };
     propose_bus_and_windows(draft);
     let layout = "bus.layout";

@@ -148,6 +148,16 @@ impl<'a> Draft<'a> {
         self.answer(key)?.as_str().map(str::to_owned)
     }
 
+    /// Returns the names of columns that are given for a key; numbers of columns as text.
+    pub(super) fn answered_columns(&self, key: &str) -> Option<Vec<String>> {
+        let text = |value: &toml::Value| match value {
+            toml::Value::String(name) => Some(name.clone()),
+            toml::Value::Integer(number) => Some(number.to_string()),
+            _ => None,
+        };
+        self.answer(key)?.as_array()?.iter().map(text).collect()
+    }
+
     /// Returns the answer that is given for a key, if it is a list of texts.
     pub(super) fn answered_texts(&self, key: &str) -> Option<Vec<String>> {
         self.answer(key)?.as_array().map(|values| text_list(values))

@@ -5,6 +5,12 @@
 pub(crate) struct ProposalLimits {
     /// Factor by which a position may exceed its limits \[1\]. Derived: limits are round numbers.
     pub limit_factor: f64,
+    /// Range of limits that are degrees, if they are given in radians \[rad\]. Derived: no joint but
+    /// one without end turns further than two turns either way; a joint without end has a hundred.
+    pub degree_limits_rad: [f64; 2],
+    /// Largest difference of a step to a turn, of angles that wrap \[1\]. Convention: no joint moves
+    /// by a tenth of a turn within a sample.
+    pub turn_share: f64,
     /// Smallest motion of a joint that indicates its unit \[rad or m\]. Derived: in the smaller
     /// unit, the joint would hardly move.
     pub min_motion: f64,
@@ -32,6 +38,8 @@ impl ProposalLimits {
     /// The values that the program uses.
     pub(crate) const DEFAULT: Self = Self {
         limit_factor: 1.02,
+        degree_limits_rad: [2.0 * core::f64::consts::TAU, 99.0 * core::f64::consts::TAU],
+        turn_share: 0.1,
         min_motion: 0.3,
         min_explained_share: 0.5,
         mass_factors: [2.0, 3.0],

@@ -1,6 +1,6 @@
 //! Detection of the content of columns from their names.
 
-use didim_formats::{AXIS_PLACEHOLDER, INDEX_PLACEHOLDER};
+use didim_formats::{AXIS_PLACEHOLDER, INDEX_PLACEHOLDER, TableNames};
 
 /// Content of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,6 +18,12 @@ const TIME_WORDS: &[&str] = &["time", "t", "timestamp", "stamp", "zeit"];
 const POSITION_WORDS: &[&str] = &["position", "pos", "q", "angle", "theta", "encoder", "enc"];
 const TORQUE_WORDS: &[&str] = &["torque", "tau", "effort", "trq", "moment"];
 const CURRENT_WORDS: &[&str] = &["current", "curr", "cur", "amp", "ampere"];
+const AXIS_WORDS: &[&str] = &["axis", "axes", "achse"];
+/// Words of the positions in a data set of LeRobot.
+const STATE_WORDS: [&str; 2] = ["observation", "state"];
+/// Words that mark the measured columns. They are used if a quantity has several groups of columns.
+const MEASURED_WORDS: &[&str] =
+    &["actual", "measured", "meas", "act", "fbk", "feedback", "ist", "msr"];
 const COMMAND_WORDS: &[&str] = &[
     "reference",
     "ref",
@@ -94,11 +100,11 @@ fn has_any_word(words: &[String], any: &[&str]) -> bool {
 /// Returns the content of a column. The name of a bus signal begins with the name of its message,
 /// which shows if the signal is a command, but not its quantity.
 pub(super) fn column_meaning(name: &str) -> Option<ColumnMeaning> {
+    let name = &without_units(name);
     let all_words = split_words(name);
     let last_words = name.rsplit_once('.').map(|(_, own)| split_words(own));
     let words = last_words.filter(|own| !own.is_empty()).unwrap_or_else(|| all_words.clone());
-    // The unit rad/s indicates a speed.
-    if has_any_word(&words, OTHER_WORDS) || name.contains("/s") {
+    if has_any_word(&words, OTHER_WORDS) {
         return None;
     }
     let asked_for = has_any_word(&all_words, COMMAND_WORDS);
@@ -108,9 +114,53 @@ pub(super) fn column_meaning(name: &str) -> Option<ColumnMeaning> {
         (!asked_for).then_some(ColumnMeaning::Current)
     } else if has_any_word(&words, POSITION_WORDS) {
         Some(if asked_for { ColumnMeaning::Reference } else { ColumnMeaning::Position })
+    } else if has_any_word(&words, TIME_WORDS) {
+        Some(ColumnMeaning::Time)
     } else {
-        has_any_word(&words, TIME_WORDS).then_some(ColumnMeaning::Time)
+        // The measured axes are their positions.
+        let is_axis = has_any_word(&words, AXIS_WORDS) && is_measured(name);
+        (is_axis || all_words == STATE_WORDS).then_some(ColumnMeaning::Position)
     }
+}
+
+/// Returns a name without units in brackets. A name with the unit of a speed, as rad/s, gets the
+/// word of a speed.
+fn without_units(name: &str) -> String {
+    let mut rest = name.to_owned();
+    let is_speed = name.match_indices("/s").any(|(at, of)| {
+        !name[at + of.len()..].starts_with(|c: char| c.is_alphanumeric() || c == '_')
+    });
+    while let Some((begin, _, end)) = bracketed(&rest) {
+        rest.replace_range(begin..end, " ");
+    }
+    if is_speed {
+        rest.push_str(" speed");
+    }
+    rest
+}
+
+/// Returns the first text in brackets that is not the number of an axis: where its bracket begins,
+/// the text, and where the other bracket ends.
+fn bracketed(name: &str) -> Option<(usize, &str, usize)> {
+    let mut begins = name.match_indices(['[', '(']).map(|(begin, _)| begin);
+    begins.find_map(|begin| {
+        let end = begin + name[begin..].find([']', ')'])?;
+        let text = name[begin + 1..end].trim();
+        let is_number = [AXIS_PLACEHOLDER, INDEX_PLACEHOLDER].contains(&text)
+            || text.chars().any(|c| c.is_ascii_digit());
+        (!text.is_empty() && !is_number).then_some((begin, text, end + 1))
+    })
+}
+
+/// Returns true if a name marks a measured quantity.
+pub(super) fn is_measured(name: &str) -> bool {
+    has_any_word(&split_words(name), MEASURED_WORDS)
+}
+
+/// Returns true for the stamp in a message's header, which belongs to its signals.
+pub(super) fn is_message_stamp(name: &str) -> bool {
+    let words = split_words(name);
+    ["header", "stamp"].into_iter().all(|word| words.iter().any(|own| own == word))
 }
 
 /// Last words of the two columns of a stamp: the whole seconds, and the remaining nanoseconds.
@@ -142,6 +192,8 @@ pub(super) enum ColumnGroup {
     Numbered(String),
     /// Columns named after the joints.
     Named(Vec<String>),
+    /// Columns without names of their own: what they have in common, and their numbers, from 1.
+    ByNumber(String, Vec<String>),
 }
 
 impl ColumnGroup {
@@ -149,15 +201,32 @@ impl ColumnGroup {
         match self {
             Self::Numbered(pattern) => pattern,
             Self::Named(names) => names.first().map_or("", String::as_str),
+            Self::ByNumber(name, _) => name,
+        }
+    }
+
+    /// Returns the name of the column of the first axis.
+    pub(super) fn first_name(&self) -> String {
+        match self {
+            Self::Numbered(pattern) => axis_name(pattern, 0),
+            Self::Named(names) | Self::ByNumber(_, names) => {
+                names.first().cloned().unwrap_or_default()
+            }
         }
     }
 
     pub(super) fn names(&self) -> Vec<String> {
         match self {
             Self::Numbered(pattern) => vec![pattern.clone()],
-            Self::Named(names) => names.clone(),
+            Self::Named(names) | Self::ByNumber(_, names) => names.clone(),
         }
     }
+}
+
+/// Returns the name of an axis' column, from 0.
+fn axis_name(pattern: &str, axis: usize) -> String {
+    let numbered = pattern.replace(AXIS_PLACEHOLDER, &(axis + 1).to_string());
+    numbered.replace(INDEX_PLACEHOLDER, &axis.to_string())
 }
 
 /// Finds columns whose names differ by a number. Returns their name with a placeholder for the
@@ -183,34 +252,117 @@ fn number_patterns(columns: &[String]) -> Vec<(String, usize)> {
     patterns
 }
 
-/// Returns all groups that have one column per axis.
+/// Returns the groups of columns with a number that have one column per axis.
+pub(super) fn numbered_groups(columns: &[String], axes: usize) -> Vec<ColumnGroup> {
+    let patterns = number_patterns(columns).into_iter().filter(|(_, count)| *count == axes);
+    patterns.map(|(pattern, _)| ColumnGroup::Numbered(pattern)).collect()
+}
+
+/// Returns all groups that have one column per axis. `joints` are the names of the joints.
 pub(super) fn column_groups(
-    columns: &[String],
+    table: &TableNames,
     axes: usize,
     joints: &[String],
 ) -> Vec<ColumnGroup> {
+    if !table.has_header {
+        return groups_without_header(table, axes, joints);
+    }
+    let columns = &table.columns;
     let is = |name: &String| columns.contains(name);
-    let mut groups: Vec<ColumnGroup> = (number_patterns(columns).into_iter())
-        .filter(|(_, count)| *count == axes)
-        .map(|(pattern, _)| ColumnGroup::Numbered(pattern))
-        .collect();
+    let patterns = number_patterns(columns);
+    let order = patterns
+        .iter()
+        .find_map(|(pattern, count)| joint_order(&pattern_texts(table, pattern, *count), joints));
+    let mut groups: Vec<ColumnGroup> = match order {
+        None => numbered_groups(columns, axes),
+        // The names of the joints are no signals.
+        Some((order, listed)) => (patterns.into_iter())
+            .filter(|(pattern, count)| *count == listed && column_meaning(pattern).is_some())
+            .map(|(pattern, _)| order.iter().map(|at| axis_name(&pattern, *at)).collect())
+            .map(ColumnGroup::Named)
+            .collect(),
+    };
+    groups.extend(repeated_names(columns, axes));
     let Some(first) = joints.first() else { return groups };
     for column in columns {
         let Some((begin, end)) = column.split_once(first.as_str()) else { continue };
         let names: Vec<String> =
             joints.iter().map(|joint| format!("{begin}{joint}{end}")).collect();
         // Joints with numbered names are found by their numbers.
-        let numbered = groups.iter().any(|other| match other {
-            ColumnGroup::Numbered(pattern) => [(AXIS_PLACEHOLDER, 1), (INDEX_PLACEHOLDER, 0)]
-                .iter()
-                .any(|(mark, first)| pattern.replace(mark, &first.to_string()) == names[0]),
-            ColumnGroup::Named(_) => false,
+        let numbered = groups.iter().any(|other| {
+            matches!(other, ColumnGroup::Numbered(_)) && other.first_name() == names[0]
         });
         if !numbered && names.iter().all(is) {
             groups.push(ColumnGroup::Named(names));
         }
     }
     groups
+}
+
+/// Returns the groups of columns that all have one name.
+fn repeated_names(columns: &[String], axes: usize) -> Vec<ColumnGroup> {
+    let numbers_of = |name: &String| -> Vec<String> {
+        let alike = columns.iter().enumerate().filter(|(_, other)| *other == name);
+        alike.map(|(at, _)| (at + 1).to_string()).collect()
+    };
+    let mut groups = Vec::new();
+    for name in columns.iter().filter(|name| !name.is_empty()) {
+        let group = ColumnGroup::ByNumber(name.clone(), numbers_of(name));
+        if axes > 1 && group.names().len() == axes && !groups.contains(&group) {
+            groups.push(group);
+        }
+    }
+    groups
+}
+
+/// Returns the texts of the first row in the columns of a pattern.
+fn pattern_texts(table: &TableNames, pattern: &str, count: usize) -> Vec<String> {
+    let text = |axis| {
+        let name = axis_name(pattern, axis);
+        let column = table.columns.iter().position(|own| *own == name)?;
+        table.first_row.get(column).cloned()
+    };
+    (0..count).filter_map(text).collect()
+}
+
+/// Returns the place of each joint in a list of names, and the length of the list.
+fn joint_order(texts: &[String], joints: &[String]) -> Option<(Vec<usize>, usize)> {
+    let place = |joint| texts.iter().position(|text| text == joint);
+    let order: Vec<usize> = joints.iter().map(place).collect::<Option<_>>()?;
+    (!order.is_empty()).then_some((order, texts.len()))
+}
+
+/// Names of the quantities after the names of joints, in a row of `sensor_msgs/msg/JointState`.
+const JOINT_STATE_LISTS: [&str; 3] = ["position", "velocity", "effort"];
+
+/// Returns the groups of a table without a header: those of joint states (`ros2 topic echo --csv`),
+/// whose rows have the names of the joints; or positions and torques after the time.
+fn groups_without_header(table: &TableNames, axes: usize, joints: &[String]) -> Vec<ColumnGroup> {
+    let columns = table.first_row.len();
+    let number = |column: usize| (column + 1).to_string();
+    let is_joint = |text: &String| joints.contains(text);
+    if let Some(first) = table.first_row.iter().position(is_joint) {
+        // Other joints may stand before the first one of the arm.
+        let order = (0..=first).rev().find_map(|begin| {
+            let listed = (columns - begin) / (JOINT_STATE_LISTS.len() + 1);
+            let is_state = columns == begin + (JOINT_STATE_LISTS.len() + 1) * listed;
+            let texts = table.first_row.get(begin..begin + listed).filter(|_| is_state)?;
+            joint_order(texts, joints).map(|(order, listed)| (begin, order, listed))
+        });
+        let Some((begin, order, listed)) = order else { return Vec::new() };
+        let lists = (1..).zip(JOINT_STATE_LISTS).map(|(list, name)| {
+            let numbers = order.iter().map(|at| number(begin + list * listed + at)).collect();
+            ColumnGroup::ByNumber(name.to_owned(), numbers)
+        });
+        return lists.collect();
+    }
+    if columns != 1 + 2 * axes {
+        return Vec::new();
+    }
+    let group = |name: &str, begin: usize| {
+        ColumnGroup::ByNumber(name.to_owned(), (begin..begin + axes).map(number).collect())
+    };
+    vec![group("position", 1), group("torque", 1 + axes)]
 }
 
 /// Returns the positions of the numbers in a name.
@@ -228,16 +380,11 @@ fn number_ranges(name: &str) -> Vec<core::ops::Range<usize>> {
 /// Returns the unit in a name: in brackets, or as its last word. An unknown word in brackets also
 /// counts as a unit.
 pub(super) fn unit<'a>(name: &str, units: &[(&str, &'a str)]) -> Option<Result<&'a str, String>> {
-    let bracketed = name.split_once(['[', '(']).and_then(|(_, rest)| {
-        let (unit, _) = rest.split_once([']', ')'])?;
-        let unit = unit.trim();
-        (!unit.is_empty() && !unit.chars().any(|c| c.is_ascii_digit())).then_some(unit)
-    });
     let unit_of = |configured: &str| {
         let lowercase = configured.to_lowercase().replace(['.', '·', '*', ' '], "");
         units.iter().find(|(word, _)| *word == lowercase).map(|(_, unit)| *unit)
     };
-    if let Some(configured_value) = bracketed {
+    if let Some((_, configured_value, _)) = bracketed(name) {
         return Some(unit_of(configured_value).ok_or_else(|| configured_value.to_owned()));
     }
     let plain_name = name.replace(AXIS_PLACEHOLDER, "").replace(INDEX_PLACEHOLDER, "");
@@ -249,10 +396,29 @@ pub(super) fn unit<'a>(name: &str, units: &[(&str, &'a str)]) -> Option<Result<&
 }
 
 /// Units that are not supported and may be the last word of a name.
-const OTHER_UNITS: &[&str] = &[
-    "ma", "knm", "ncm", "percent", "permille", "pct", "counts", "ticks", "inc", "min", "grad",
-    "rpm",
-];
+const OTHER_UNITS: &[&str] =
+    &["ma", "percent", "permille", "pct", "counts", "ticks", "inc", "min", "grad", "rpm"];
+
+/// Returns the names of other groups of the same quantity by their words, also of those that are not
+/// used, such as errors and filtered signals.
+pub(super) fn related_groups(groups: &[ColumnGroup], chosen: &ColumnGroup) -> Vec<String> {
+    let quantities = [POSITION_WORDS, TORQUE_WORDS, CURRENT_WORDS];
+    let is_of = |group: &ColumnGroup, words: &[&str]| {
+        has_any_word(&split_words(&without_units(group.name())), words)
+    };
+    let Some(words) = quantities.into_iter().find(|words| is_of(chosen, words)) else {
+        return Vec::new();
+    };
+    let others = groups.iter().filter(|group| *group != chosen && is_of(group, words));
+    others.map(|group| format!("`{}`", group.name())).collect()
+}
+
+/// Returns true for a column that is one of several with a number.
+pub(super) fn is_numbered(columns: &[String], name: &str) -> bool {
+    number_patterns(columns).iter().any(|(pattern, count)| {
+        *count > 1 && (0..*count).any(|axis| axis_name(pattern, axis) == name)
+    })
+}
 
 /// Lists the quantities whose number of columns differs from the number of axes, each with its
 /// number of columns.

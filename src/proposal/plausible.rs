@@ -1,16 +1,18 @@
 //! Detection of likely units and signs from the arm's limits, its nominal masses and the work of
 //! its drives.
 
+use core::f64::consts::TAU;
+
 use didim_dynamics::dynamics::{Model, Workspace};
 use didim_dynamics::robot::{JointKind, Robot};
-use didim_formats::TimeLimits;
+use didim_formats::{TimeLimits, unwrap_turns};
 
 use super::limits::ProposalLimits;
 use super::value::{
     Guess, POSITION_UNIT_QUESTION, TORQUE_SIGN_QUESTION, TORQUE_UNIT_QUESTION, ValueOrigin,
-    list_text, parse_value, quote_text, text_list,
+    list_text, parse_value, quote_text,
 };
-use crate::cell::MISSING_VALUE;
+use crate::cell::{MISSING_VALUE, POSITION_UNITS, QuantityUnits, TORQUE_UNITS};
 use crate::text::significant_digits;
 
 /// Number of rows to inspect.
@@ -43,6 +45,8 @@ pub(super) struct SignalSurvey<'a> {
     /// By joint.
     pub(super) position: Vec<Vec<f64>>,
     pub(super) torque: Vec<Vec<f64>>,
+    /// True if angles wrapped at a turn, and were unwrapped.
+    pub(super) has_turns: bool,
 }
 
 /// Signal torque per unit of gravity torque of the nominal masses, by joint. `None` if gravity does
@@ -81,6 +85,9 @@ impl SignalSurvey<'_> {
         if self.kinds().any(|kind| kind == JointKind::Prismatic) {
             return Guess::without_value(POSITION_UNIT_QUESTION);
         }
+        if let Some(guess) = self.unit_by_limits_in_degrees() {
+            return guess;
+        }
         let si = self.within_limits(1.0, 1.0);
         let scaled = self.within_limits(1f64.to_radians(), 1e-3);
         let is_every = |within: &[bool]| within.iter().all(|is| *is);
@@ -95,6 +102,32 @@ impl SignalSurvey<'_> {
             return Guess::assumed(self.units(["deg", "mm"]), why);
         }
         Guess::without_value(POSITION_UNIT_QUESTION)
+    }
+
+    /// Proposes the unit if the limits of most joints are beyond any joint's motion in radians, so
+    /// that they are in degrees.
+    fn unit_by_limits_in_degrees(&self) -> Option<Guess> {
+        let [least, most] = ProposalLimits::DEFAULT.degree_limits_rad;
+        let limits = self.robot.chain().iter().map(|joint| &joint.limits);
+        let limits: Vec<f64> =
+            limits.map(|limits| limits.position_min.abs().max(limits.position_max.abs())).collect();
+        let beyond = limits.iter().filter(|limit| (least..most).contains(*limit)).count();
+        if 2 * beyond <= limits.len() {
+            return None;
+        }
+        let limit = limits.iter().copied().filter(|limit| *limit < most).fold(0.0, f64::max);
+        let span = self.position.iter().map(|values| value_span(values)).fold(0.0, f64::max);
+        let why = format!(
+            "the limits of the joints, up to {limit:.0} rad, look like degrees: correct them to \
+            radians in the URDF"
+        );
+        Some(match span > least {
+            true => {
+                let why = format!("{why}; the positions span {span:.0}, which are degrees too");
+                Guess::assumed(self.units(["deg", "mm"]), &why)
+            }
+            false => Guess::without_value(&format!("{POSITION_UNIT_QUESTION}; {why}")),
+        })
     }
 
     /// Returns one unit for all axes, or a list with one unit per axis.
@@ -135,28 +168,52 @@ impl SignalSurvey<'_> {
         columns.iter().enumerate().map(factor_of).collect()
     }
 
-    /// Returns the signals with positions converted to rad or m. `unit` is their current unit, as
-    /// TOML.
-    pub(super) fn in_si(&self, unit: &str) -> Option<Self> {
-        let units: Vec<String> = match parse_value(unit)? {
-            toml::Value::String(unit) => vec![unit; self.position.len()],
-            toml::Value::Array(units) => text_list(&units),
-            _ => return None,
+    /// Returns the signals in SI units, with positions converted from a unit as TOML, and torques
+    /// from one that has a size. Angles that jump by a turn are unwrapped.
+    pub(super) fn in_si(&self, unit: &str, torque_unit: Option<&toml::Value>) -> Option<Self> {
+        let sizes = self.unit_sizes(&parse_value(unit)?, &POSITION_UNITS)?;
+        let sized_torque = torque_unit.filter(|unit| is_sized(unit));
+        let torque_sizes = sized_torque.and_then(|unit| self.unit_sizes(unit, &TORQUE_UNITS));
+        let scale = |columns: &[Vec<f64>], sizes: &[f64]| -> Vec<Vec<f64>> {
+            let scaled = columns.iter().zip(sizes);
+            scaled.map(|(values, size)| values.iter().map(|value| value * size).collect()).collect()
         };
-        if units.len() != self.position.len() {
-            return None;
+        let mut position = scale(&self.position, &sizes);
+        let angles = position.iter_mut().zip(self.kinds());
+        let mut angles: Vec<&mut Vec<f64>> = angles
+            .filter(|(_, kind)| *kind == JointKind::Revolute)
+            .map(|(values, _)| values)
+            .collect();
+        let is_turn = |pair: &[f64]| {
+            let turns = (pair[1] - pair[0]).abs() / TAU;
+            (turns - 1.0).abs() < ProposalLimits::DEFAULT.turn_share
+        };
+        let has_turns = angles.iter().any(|values| values.windows(2).any(is_turn));
+        if has_turns {
+            angles.iter_mut().for_each(|values| unwrap_turns(values));
         }
-        let scaled = self.position.iter().zip(&units).map(|(position, unit)| {
-            let scale = match unit.as_str() {
-                "rad" | "m" => 1.0,
-                "deg" => 1f64.to_radians(),
-                "mm" => 1e-3,
-                _ => return None,
-            };
-            Some(position.iter().map(|value| value * scale).collect())
-        });
-        let position: Vec<Vec<f64>> = scaled.collect::<Option<_>>()?;
-        Some(Self { robot: self.robot, position, torque: self.torque.clone() })
+        let torque = torque_sizes.map(|sizes| scale(&self.torque, &sizes));
+        let torque = torque.unwrap_or_else(|| self.torque.clone());
+        Some(Self { robot: self.robot, position, torque, has_turns })
+    }
+
+    /// Returns the size of the unit of each joint, from one unit or a list.
+    fn unit_sizes(&self, unit: &toml::Value, units: &QuantityUnits) -> Option<Vec<f64>> {
+        let joints = self.position.len();
+        let each = match unit {
+            toml::Value::Array(units) => units.clone(),
+            one => vec![one.clone(); joints],
+        };
+        let size = |(unit, kind): (&toml::Value, JointKind)| match unit {
+            toml::Value::String(name) => units.size(name, kind),
+            unit => {
+                let size = unit.get("si")?;
+                let whole = || i32::try_from(size.as_integer()?).ok().map(f64::from);
+                size.as_float().or_else(whole)
+            }
+        };
+        let sizes = each.iter().zip(self.kinds()).map(size);
+        (each.len() == joints).then(|| sizes.collect())?
     }
 
     /// Proposes unit and sign of the torques.
@@ -353,6 +410,14 @@ fn are_near(reported: &[f64], unit: f64) -> bool {
     let mean = logarithms.clone().sum::<f64>() / reported.len() as f64;
     let [complete, each] = ProposalLimits::DEFAULT.mass_factors.map(f64::ln);
     !reported.is_empty() && mean.abs() < complete && logarithms.clone().all(|of| of.abs() < each)
+}
+
+/// Returns true for a unit that is given by its size, for all joints or one of them.
+fn is_sized(unit: &toml::Value) -> bool {
+    match unit {
+        toml::Value::Array(units) => units.iter().any(toml::Value::is_table),
+        unit => unit.is_table(),
+    }
 }
 
 /// Returns one value for all axes if the values are equal, or else a list with one value per axis.

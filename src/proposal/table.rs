@@ -2,20 +2,22 @@
 
 use std::path::PathBuf;
 
-use didim_formats::{AxisColumns, Columns, Side, TableError, TableNames, read_rows};
+use didim_dynamics::robot::JointKind;
+use didim_formats::{AxisColumns, Columns, Side, TableNames, read_rows};
 
 use super::draft::Draft;
 use super::evidence::{Evidence, ProposalError};
 use super::names::{
-    ColumnGroup, ColumnMeaning, column_groups, column_meaning, counted_otherwise, split_words, unit,
+    ColumnGroup, ColumnMeaning, column_groups, column_meaning, counted_otherwise, is_measured,
+    related_groups, split_words, unit,
 };
 use super::plausible::{SignalSurvey, propose_torque_timing};
-use super::time::TableTime;
+use super::time::{TableRows, TableTime, column_text};
 use super::value::{
     Guess, POSITION_UNIT_QUESTION, SIDE_QUESTION, TORQUE_SIGN_QUESTION, TORQUE_UNIT_QUESTION,
     list_text, quote_text,
 };
-use crate::cell::{CURRENT_UNITS, MISSING_VALUE};
+use crate::cell::{CURRENT_UNITS, MISSING_VALUE, TORQUE_UNITS};
 
 const SECTION_NAME: &str = "data";
 /// Last words of a name that denote its unit.
@@ -25,21 +27,28 @@ const POSITION_UNIT_WORDS: &[(&str, &str)] = &[
     ("degree", "deg"),
     ("degrees", "deg"),
     ("°", "deg"),
+    ("rev", "rev"),
+    ("revs", "rev"),
+    ("turn", "rev"),
+    ("turns", "rev"),
+    ("mrad", "mrad"),
+    ("mdeg", "mdeg"),
     ("mm", "mm"),
+    ("um", "um"),
+    ("µm", "um"),
 ];
 const TORQUE_UNIT_WORDS: &[(&str, &str)] = &[
     ("nm", "Nm"),
     ("mnm", "mNm"),
+    ("ncm", "Ncm"),
+    ("knm", "kNm"),
     ("a", "A"),
     ("ma", "mA"),
     ("amp", "A"),
     ("ampere", "A"),
     ("n", "N"),
+    ("kn", "kN"),
 ];
-/// Words that mark the measured columns. They are used if a quantity has several groups of columns.
-const MEASURED_WORDS: &[&str] =
-    &["actual", "measured", "meas", "act", "fbk", "feedback", "ist", "msr"];
-
 pub(super) fn propose(
     draft: &mut Draft<'_>,
     evidence: &Evidence,
@@ -48,6 +57,22 @@ pub(super) fn propose(
     let joints: Vec<String> = evidence.robot.joint_names().map(str::to_owned).collect();
     let table = TableProposal { file, names, robot: &evidence.robot.robot, joints };
     table.propose(draft)
+}
+
+fn add_rate(draft: &mut Draft<'_>, time: Option<&TableTime>) {
+    let rate_hz = time.map_or_else(
+        || Guess::without_value("samples a second; the table has no times"),
+        TableTime::rate_guess,
+    );
+    draft.add_entry(SECTION_NAME, "rate_hz", rate_hz);
+}
+
+/// Columns of positions and torques, or the questions for them.
+struct SignalChoice {
+    position: Result<ColumnGroup, String>,
+    torque: Result<ColumnGroup, String>,
+    /// True if the torques are commands.
+    is_command: bool,
 }
 
 struct TableProposal<'a> {
@@ -59,33 +84,36 @@ struct TableProposal<'a> {
 
 impl TableProposal<'_> {
     fn propose(&self, draft: &mut Draft<'_>) -> Result<(), ProposalError> {
-        let time = TableTime::find_time(draft, self.file, self.names)?;
-        let rate_hz = match &time {
-            Some(TableTime { rate_hz: Some(rate_hz), is_stated, .. }) => {
-                let guess = if *is_stated { Guess::from_file } else { Guess::assumed };
-                guess(format!("{rate_hz:?}"), "the mean distance of the times")
-            }
-            Some(_) => Guess::without_value("samples a second; the unit of the time tells it"),
-            None => Guess::without_value("samples a second; the table has no times"),
-        };
-        draft.add_entry(SECTION_NAME, "rate_hz", rate_hz);
-        match self.names.own_format {
-            None => self.of_others(draft, time.as_ref()),
-            Some((side, _)) => {
-                let side = if side == Side::Joint { "joint" } else { "motor" };
-                draft.add_stated_value("data.side", quote_text(side));
-                draft.add_entry(SECTION_NAME, "torque_valid", propose_torque_timing(false));
-                Ok(())
-            }
+        if let Some((side, _)) = self.names.own_format {
+            let rows = TableRows { file: self.file, names: self.names, signals: None };
+            add_rate(draft, TableTime::find_time(draft, rows)?.as_ref());
+            let side = if side == Side::Joint { "joint" } else { "motor" };
+            draft.add_stated_value("data.side", quote_text(side));
+            draft.add_entry(SECTION_NAME, "torque_valid", propose_torque_timing(false));
+            return Ok(());
         }
+        let axes = self.robot.joints();
+        if self.names.columns.len() < 2 * axes {
+            let (file, columns) = (self.file.clone(), self.names.columns.join(" "));
+            return Err(ProposalError::NoTable { file, columns, axes });
+        }
+        let groups = column_groups(self.names, axes, &self.joints);
+        let choice = self.choose_signals(draft, &groups);
+        let signals = match (&choice.position, &choice.torque) {
+            (Ok(position), Ok(torque)) => Some(self.columns_of(position, torque)),
+            _ => None,
+        };
+        let rows = TableRows { file: self.file, names: self.names, signals: signals.as_ref() };
+        let time = TableTime::find_time(draft, rows)?;
+        add_rate(draft, time.as_ref());
+        if let Some(time) = time {
+            time.add_entries(draft, SECTION_NAME);
+        }
+        self.add_signals(draft, &groups, choice, signals.as_ref())
     }
 
-    /// Reads positions and torques in their own units.
-    fn group_columns(
-        &self,
-        position: &ColumnGroup,
-        torque: &ColumnGroup,
-    ) -> Result<[Vec<Vec<f64>>; 3], TableError> {
+    /// Returns the columns of positions and torques in their own units.
+    fn columns_of(&self, position: &ColumnGroup, torque: &ColumnGroup) -> Columns {
         let axes = self.robot.joints();
         let columns_of = |group: &ColumnGroup| AxisColumns {
             names: group.names(),
@@ -93,56 +121,77 @@ impl TableProposal<'_> {
             zeros: Vec::new(),
             wraps: Vec::new(),
         };
-        let columns = Columns {
+        Columns {
             side: Side::Joint,
             axes,
             time: None,
             position: columns_of(position),
             torque: columns_of(torque),
             reference: None,
-        };
-        Ok(read_rows(self.file, Some(&columns))?.signals)
+        }
     }
 
-    fn of_others(
+    /// Chooses the columns of positions and torques.
+    fn choose_signals(&self, draft: &Draft<'_>, groups: &[ColumnGroup]) -> SignalChoice {
+        let axes = self.robot.joints();
+        let otherwise = counted_otherwise(&self.names.columns, axes);
+        let position = choose_group(groups, ColumnMeaning::Position);
+        let (torque, is_command) = choose_torque_group(groups);
+        let hint = |which: String| match (self.names.has_header, otherwise.is_empty()) {
+            (false, _) => {
+                let count = self.names.columns.len();
+                format!("the table has {count} columns and no header")
+            }
+            (true, true) => which,
+            (true, false) => {
+                format!("{which}; of {axes} joints there are {}", otherwise.join(", "))
+            }
+        };
+        SignalChoice {
+            position: self.answer_or_found(draft, "position", position.map_err(hint)),
+            torque: self.answer_or_found(draft, "torque", torque.map_err(hint)),
+            is_command,
+        }
+    }
+
+    /// Returns the unit of a group's columns, from their names or the row of units.
+    fn group_unit(
+        &self,
+        group: &Result<ColumnGroup, String>,
+        words: &[(&str, &'static str)],
+    ) -> Option<Result<&'static str, String>> {
+        let group = group.as_ref().ok()?;
+        let first = group.first_name();
+        let by_name = self.names.columns.iter().position(|name| *name == first);
+        let by_number = || first.parse::<usize>().ok()?.checked_sub(1);
+        let in_row = by_name.or_else(by_number).and_then(|at| self.names.units.get(at));
+        let in_row = in_row.and_then(|own| unit(&format!("[{own}]"), words));
+        in_row.or_else(|| unit(group.name(), words))
+    }
+
+    fn add_signals(
         &self,
         draft: &mut Draft<'_>,
-        time: Option<&TableTime>,
+        groups: &[ColumnGroup],
+        choice: SignalChoice,
+        signals: Option<&Columns>,
     ) -> Result<(), ProposalError> {
-        if let Some(time) = time {
-            time.add_entries(draft, SECTION_NAME);
-        }
-        let axes = self.robot.joints();
-        if self.names.columns.len() < 2 * axes {
-            let (file, columns) = (self.file.clone(), self.names.columns.join(" "));
-            return Err(ProposalError::NoTable { file, columns, axes });
-        }
-        let groups = column_groups(&self.names.columns, axes, &self.joints);
-        let otherwise = counted_otherwise(&self.names.columns, axes);
-        let position = choose_group(&groups, ColumnMeaning::Position);
-        let (torque, is_command) = choose_torque_group(&groups);
+        let SignalChoice { position, torque, is_command } = choice;
         draft.add_entry(SECTION_NAME, "torque_valid", propose_torque_timing(is_command));
-        let hint = |which: String| match otherwise.is_empty() {
-            true => which,
-            false => format!("{which}; of {axes} joints there are {}", otherwise.join(", ")),
-        };
-        let (position, torque) = (position.map_err(hint), torque.map_err(hint));
-        let (position, torque) = (
-            self.answer_or_found(draft, "position", position),
-            self.answer_or_found(draft, "torque", torque),
-        );
-        let survey = match (&position, &torque) {
-            (Ok(position), Ok(torque)) => {
-                let [position, torque, _] = self.group_columns(position, torque)?;
-                Some(SignalSurvey { robot: self.robot, position, torque })
+        let survey = match signals {
+            Some(columns) => {
+                let [position, torque, _] = read_rows(self.file, Some(columns))?.signals;
+                Some(SignalSurvey { robot: self.robot, position, torque, has_turns: false })
             }
-            _ => None,
+            None => None,
         };
-        let named =
-            position.as_ref().ok().and_then(|group| unit(group.name(), POSITION_UNIT_WORDS));
+        let named = self.group_unit(&position, POSITION_UNIT_WORDS);
         let position_unit = position_guess(draft, survey.as_ref(), named.as_ref());
-        let in_si =
-            survey.as_ref().and_then(|survey_input| survey_input.in_si(&position_unit.value));
+        let torque_unit = draft.answer("data.torque.unit");
+        let in_si = survey.as_ref().and_then(|survey_input| {
+            survey_input.in_si(&position_unit.value, torque_unit.as_ref())
+        });
+        let has_turns = in_si.as_ref().is_some_and(|of| of.has_turns);
         draft.add_entry(
             SECTION_NAME,
             "side",
@@ -152,16 +201,20 @@ impl TableProposal<'_> {
         // The robot file has no motor-side limits, and gravity causes other torques on the motor
         // side.
         let in_si = in_si.filter(|_| of_joints);
-        put_columns(draft, "position", &position);
+        put_columns(draft, "position", &position, groups);
         let certain = of_joints || matches!(named, Some(Ok(_)));
         let guess =
             if certain { position_unit } else { Guess::without_value(POSITION_UNIT_QUESTION) };
         draft.add_entry(SECTION_NAME, "position.unit", guess);
-        put_columns(draft, "torque", &torque);
+        if has_turns {
+            let why = "positions jump by a turn";
+            draft.add_entry(SECTION_NAME, "position.wraps", Guess::assumed("true".into(), why));
+        }
+        put_columns(draft, "torque", &torque, groups);
         let is_current = torque
             .as_ref()
             .is_ok_and(|group| column_meaning(group.name()) == Some(ColumnMeaning::Current));
-        let named = torque.as_ref().ok().and_then(|group| unit(group.name(), TORQUE_UNIT_WORDS));
+        let named = self.group_unit(&torque, TORQUE_UNIT_WORDS);
         let (unit, sign) = torque_guesses(in_si.as_ref(), named, is_current);
         draft.add_entry(SECTION_NAME, "torque.unit", unit);
         if draft.has_current("data.torque.unit") {
@@ -170,8 +223,8 @@ impl TableProposal<'_> {
             draft.add_entry(SECTION_NAME, "torque.per_ampere", Guess::without_value(question));
         }
         draft.add_entry(SECTION_NAME, "torque.sign", sign);
-        if let Ok(reference) = choose_group(&groups, ColumnMeaning::Reference) {
-            put_columns(draft, "reference", &Ok(reference));
+        if let Ok(reference) = choose_group(groups, ColumnMeaning::Reference) {
+            put_columns(draft, "reference", &Ok(reference), groups);
             let unit = draft.text("data.position.unit").unwrap_or_else(|| MISSING_VALUE.to_owned());
             let guess = if unit == MISSING_VALUE {
                 Guess::without_value("the unit of the reference")
@@ -193,10 +246,15 @@ impl TableProposal<'_> {
         if let Some(pattern) = draft.answered_text(&format!("data.{what}.column")) {
             return Ok(ColumnGroup::Numbered(pattern));
         }
-        if let Some(names) = draft.answered_texts(&format!("data.{what}.columns")) {
+        if let Some(names) = draft.answered_columns(&format!("data.{what}.columns")) {
             let (count, axes) = (names.len(), self.robot.joints());
             let wrong = || format!("`columns` has {count} names for {axes} axes");
-            return if count == axes { Ok(ColumnGroup::Named(names)) } else { Err(wrong()) };
+            let is_number = |name: &String| name.parse::<u16>().is_ok();
+            return match names.iter().all(is_number) {
+                _ if count != axes => Err(wrong()),
+                true => Ok(ColumnGroup::ByNumber(what.to_owned(), names)),
+                false => Ok(ColumnGroup::Named(names)),
+            };
         }
         found
     }
@@ -258,7 +316,9 @@ fn torque_guesses(
     let of_current = |own: &str| CURRENT_UNITS.iter().any(|(unit, _)| *unit == own);
     let newton_metres = match &named {
         Some(Ok(unit)) if !of_current(unit) => {
-            Some((*unit, if *unit == "mNm" { 1e3 } else { 1.0 }))
+            let kinds = [JointKind::Revolute, JointKind::Prismatic].into_iter();
+            let mut sizes = kinds.filter_map(|kind| TORQUE_UNITS.size(unit, kind));
+            Some((*unit, 1.0 / sizes.next().unwrap_or(1.0)))
         }
         _ => None,
     };
@@ -331,25 +391,35 @@ pub(super) fn choose_torque_group(groups: &[ColumnGroup]) -> (Result<ColumnGroup
     (chosen_group, is_command)
 }
 
-/// Returns true if a name marks a measured quantity.
-pub(super) fn is_measured(name: &str) -> bool {
-    split_words(name).iter().any(|word| MEASURED_WORDS.contains(&word.as_str()))
-}
-
-fn put_columns(draft: &mut Draft<'_>, what: &str, group: &Result<ColumnGroup, String>) {
-    let why = "by their names";
+fn put_columns(
+    draft: &mut Draft<'_>,
+    what: &str,
+    group: &Result<ColumnGroup, String>,
+    groups: &[ColumnGroup],
+) {
+    let others = group.as_ref().map(|group| related_groups(groups, group)).unwrap_or_default();
+    let why = match others.as_slice() {
+        [] => "by their names".to_owned(),
+        others => format!("by their names; not {}", others.join(" ")),
+    };
     let (key, guess) = match group {
         Ok(ColumnGroup::Numbered(pattern)) => {
-            ("column", Guess::from_file(quote_text(pattern), why))
+            ("column", Guess::from_file(quote_text(pattern), &why))
         }
         Ok(ColumnGroup::Named(names)) => {
             let names: Vec<String> = names.iter().map(|name| quote_text(name)).collect();
-            ("columns", Guess::from_file(list_text(&names), why))
+            ("columns", Guess::from_file(list_text(&names), &why))
+        }
+        Ok(ColumnGroup::ByNumber(name, numbers)) => {
+            let numbers: Vec<String> = numbers.iter().map(|number| column_text(number)).collect();
+            let why = format!("numbers of the columns, from 1, of the {name}s in the usual order");
+            ("columns", Guess::assumed(list_text(&numbers), &why))
         }
         Err(which) => (
             "column",
             Guess::without_value(&format!(
-                "the columns of the {what}, with {{axis}} in place of the number; {which}"
+                "the columns of the {what}, with {{axis}} in place of the number, or `columns` \
+                with a list of their names or numbers, from 1; {which}"
             )),
         ),
     };

@@ -38,5 +38,6 @@ mod settings;
 mod seven_axes;
 mod sqlite_bag;
 mod stored;
+mod table_layouts;
 mod urdf;
 mod vcan;

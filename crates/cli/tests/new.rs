@@ -11,7 +11,7 @@ use didim_dynamics::robot::Robot;
 use tempfile::TempDir;
 
 /// An arm of two links in a vertical plane, with friction.
-const URDF: &str = r#"<robot name="two">
+pub(crate) const URDF: &str = r#"<robot name="two">
 <link name="base"/>
 <joint name="shoulder" type="revolute"><parent link="base"/><child link="upper"/><axis xyz="0 1 0"/>
 <origin xyz="0 0 0.5"/><limit lower="-2" upper="2" velocity="4" effort="200"/>
@@ -26,7 +26,7 @@ const URDF: &str = r#"<robot name="two">
 </robot>"#;
 
 /// 20 s at 200 Hz: time \[s\], positions \[rad\], torques \[N·m\].
-fn motion(robot: &Path) -> Vec<[f64; 5]> {
+pub(crate) fn motion(robot: &Path) -> Vec<[f64; 5]> {
     let robot = Robot::from_toml(&succeed(&[&"robot", &robot, &"--toml"])).unwrap();
     let model = Model::new(&robot);
     let mut workspace = Workspace::new();
@@ -66,7 +66,7 @@ pub(crate) fn folder(names: [&str; 5], factors: [f64; 5]) -> TempDir {
     folder
 }
 
-fn new(folder: &Path, further: &[&str]) -> Finished {
+pub(crate) fn new(folder: &Path, further: &[&str]) -> Finished {
     let [cell, robot, log] = ["cell.toml", "arm.urdf", "log.csv"].map(|file| folder.join(file));
     let mut arguments: Vec<&dyn AsRef<std::ffi::OsStr>> =
         vec![&"new", &cell, &"--robot", &robot, &"--log", &log];
