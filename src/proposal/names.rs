@@ -123,7 +123,7 @@ pub(super) fn column_meaning(name: &str) -> Option<ColumnMeaning> {
     }
 }
 
-/// Returns a name without units in brackets. A name with the unit of a speed, as rad/s, gets the
+/// Returns a name without units in brackets and without placeholders. A name with the unit of a speed, as rad/s, gets the
 /// word of a speed.
 fn without_units(name: &str) -> String {
     let mut rest = name.to_owned();
@@ -136,7 +136,7 @@ fn without_units(name: &str) -> String {
     if is_speed {
         rest.push_str(" speed");
     }
-    rest
+    rest.replace(AXIS_PLACEHOLDER, " ").replace(INDEX_PLACEHOLDER, " ")
 }
 
 /// Returns the first text in brackets that is not the number of an axis: where its bracket begins,

@@ -15,6 +15,16 @@ fn remedy(found: usize, expected: usize) -> &'static str {
     }
 }
 
+/// Returns the name of a unit of time, given in seconds.
+pub(super) fn unit_of_time(second: f64) -> &'static str {
+    match second {
+        0.5.. => "seconds (s)",
+        0.5e-3.. => "milliseconds (ms)",
+        0.5e-6.. => "microseconds (us)",
+        _ => "nanoseconds (ns)",
+    }
+}
+
 /// Formats the reference to the header.
 fn header_text(line: &Option<u64>) -> String {
     match line {
@@ -310,6 +320,19 @@ pub enum TableError {
         found_hz: f64,
         /// The rate that was given \[Hz\].
         given_hz: f64,
+    },
+    /// The times count another unit than configured: the rates differ by a power of a thousand.
+    #[error("{}: by the unit in data.time the rows have {found_hz:.6} Hz, and {given_hz} Hz are \
+        stated: the times count {}; correct the unit", file.display(), unit_of_time(*second))]
+    TimeScale {
+        /// The file.
+        file: PathBuf,
+        /// The rate of the time column with the configured unit \[Hz\].
+        found_hz: f64,
+        /// The rate that was given \[Hz\].
+        given_hz: f64,
+        /// Seconds of the unit that fits.
+        second: f64,
     },
     /// More samples than the free memory holds. Free some, or cut the measurement.
     #[error("{}: more than {samples} samples, for which memory is free; free some, or cut the \

@@ -94,13 +94,14 @@ impl Header {
     /// Creates the header from the configured columns of another program; other columns are
     /// ignored.
     pub(super) fn of_columns(
-        names: &[String],
+        source: &dyn Source,
         wanted: &Columns,
         path: &Path,
     ) -> Result<Self, TableError> {
+        let names = source.names();
         let mut columns = vec![Column::Other; names.len()];
         let mut set = |name: &str, column: Column| {
-            let index = find_column(names, name, path)?;
+            let index = find_column(source, name, path)?;
             if columns[index] != Column::Other {
                 let (file, column) = (path.to_path_buf(), name.to_owned());
                 return Err(TableError::AskedTwice { file, column });
@@ -139,7 +140,8 @@ impl Header {
 }
 
 /// Returns the index of a column by its name. A name that no column has may be its number, from 1.
-fn find_column(names: &[String], name: &str, path: &Path) -> Result<usize, TableError> {
+fn find_column(source: &dyn Source, name: &str, path: &Path) -> Result<usize, TableError> {
+    let names = source.names();
     let (file, column) = (path.to_path_buf(), name.to_owned());
     let matches = || names.iter().enumerate().filter(|(_, own)| *own == name);
     let mut found = matches().map(|(index, _)| index);
@@ -153,6 +155,10 @@ fn find_column(names: &[String], name: &str, path: &Path) -> Result<usize, Table
         (None, _) => {
             let number = name.parse().ok().filter(|number| (1..=names.len()).contains(number));
             number.map(|number: usize| number - 1).ok_or_else(|| {
+                if !source.has_header() {
+                    let found = source.first_row_texts().first().cloned().unwrap_or_default();
+                    return TableError::NoHeader { file, found };
+                }
                 let more = if names.len() > MAX_LISTED_NAMES { " …" } else { "" };
                 let listed = names.iter().take(MAX_LISTED_NAMES).map(String::as_str);
                 let available = listed.collect::<Vec<_>>().join(" ") + more;

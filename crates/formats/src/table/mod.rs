@@ -40,6 +40,8 @@ use source::{Source, TableValues};
 use text::TextTable;
 use uniform_record::{row_times, to_record};
 
+use error::unit_of_time;
+
 pub use error::TableError;
 pub use place::RowPlace;
 pub use write::write_csv;
@@ -194,6 +196,8 @@ pub struct Table {
     pub time: Option<Vec<f64>>,
     /// Value of the last digit of the finest time \[s\].
     resolution_s: f64,
+    /// Seconds per unit of the time column.
+    second: f64,
     /// Instant of the first time \[ns after 1970\], if it is known.
     first_ns: Option<i128>,
     /// Positions, torques and references by axis; the references may be empty.
@@ -244,7 +248,7 @@ fn read(
     let file = || path.to_path_buf();
     let header = match columns {
         None => Header::parse(source.as_ref(), path)?,
-        Some(columns) => Header::of_columns(source.names(), columns, path)?,
+        Some(columns) => Header::of_columns(source.as_ref(), columns, path)?,
     };
     if needs_time && !header.has_time {
         return Err(TableError::NoTime { file: file() });
@@ -321,6 +325,7 @@ fn read(
         first_row,
         time,
         resolution_s,
+        second,
         first_ns,
         signals,
         begins,
@@ -394,16 +399,6 @@ fn leave_out(
         missing_values,
         disjoint_columns: without_row,
     }))
-}
-
-/// Returns the name of a unit of time, given in seconds.
-fn unit_of_time(second: f64) -> &'static str {
-    match second {
-        1.0.. => "seconds (s)",
-        1e-3.. => "milliseconds (ms)",
-        1e-6.. => "microseconds (us)",
-        _ => "nanoseconds (ns)",
-    }
 }
 
 #[cfg(test)]
@@ -784,6 +779,22 @@ mod tests {
         let bomb = "0".repeat(3 << 20);
         let error = refused(&format!("t,q,tau\n0,1,2\n{bomb}"));
         assert!(matches!(error, TableError::LongLine { line: 3, .. }), "{error}");
+    }
+
+    /// The cause is named, and not what follows from it.
+    #[test]
+    fn a_wrong_unit_of_the_time_and_a_missing_header_are_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("x.csv");
+        let rows: String = (0..200).map(|row| format!("{},{row},0\n", 10 * row)).collect();
+        std::fs::write(&path, format!("t,q,tau\n{rows}")).unwrap();
+        let columns = one_axis("t", ["q", "tau"]);
+        let error = read_table(&path, Some(100.0), 100.0, Some(&columns)).unwrap_err();
+        let TableError::TimeScale { second, .. } = error else { panic!("{error}") };
+        assert!((second - 1e-3).abs() < 1e-12);
+        std::fs::write(&path, rows).unwrap();
+        let error = read_table(&path, Some(100.0), 100.0, Some(&columns)).unwrap_err();
+        assert!(matches!(error, TableError::NoHeader { .. }), "{error}");
     }
 
     /// 600 rows of 100 Hz, two recordings of 300.

@@ -18,6 +18,7 @@ pub(super) fn to_record(
     nominal_hz: f64,
 ) -> Result<Record, TableError> {
     let held = table.keep_distinct_rows(sample_rate_hz);
+    let second = table.second;
     if !table.begins.is_empty() && table.time.is_none() {
         table.time = sample_rate_hz.map(|rate_hz| row_times(0..table.rows(), rate_hz));
     }
@@ -57,7 +58,19 @@ pub(super) fn to_record(
             record.resampled.held_rows = held.unwrap_or_default();
             Ok(record)
         }
-        Err(error) => Err(held.and_then(|rows| held_error(&error, rows)).unwrap_or(error)),
+        Err(error) => {
+            let cause = rate_difference(&error).and_then(|(found_hz, given_hz)| {
+                let file = path.to_path_buf();
+                let source =
+                    held.map(|rows| TimesError::Held { rows, found_hz, stated_hz: given_hz });
+                let held = source.map(|source| TableError::Times { file: file.clone(), source });
+                held.or_else(|| {
+                    let second = fitting_unit(found_hz / given_hz, second)?;
+                    Some(TableError::TimeScale { file, found_hz, given_hz, second })
+                })
+            });
+            Err(cause.unwrap_or(error))
+        }
     }
 }
 
@@ -67,17 +80,23 @@ pub(super) fn row_times(rows: impl Iterator<Item = usize>, rate_hz: f64) -> Vec<
     rows.map(|row| row as f64 / rate_hz).collect()
 }
 
-/// Explains another rate by the rows in which each state stands.
-fn held_error(error: &TableError, rows: usize) -> Option<TableError> {
-    let (file, found_hz, stated_hz) = match error {
-        TableError::RateMismatch { file, found_hz, given_hz } => (file, *found_hz, *given_hz),
-        TableError::Times { file, source: TimesError::Rate { found_hz, stated_hz } } => {
-            (file, *found_hz, *stated_hz)
+/// Returns the rate of the times and the configured one \[Hz\], if they differ.
+fn rate_difference(error: &TableError) -> Option<(f64, f64)> {
+    match error {
+        TableError::RateMismatch { found_hz, given_hz, .. } => Some((*found_hz, *given_hz)),
+        TableError::Times { source: TimesError::Rate { found_hz, stated_hz }, .. } => {
+            Some((*found_hz, *stated_hz))
         }
-        _ => return None,
-    };
-    let source = TimesError::Held { rows, found_hz, stated_hz };
-    Some(TableError::Times { file: file.clone(), source })
+        _ => None,
+    }
+}
+
+/// Returns the unit of time \[s\] that fits a rate which is off by this factor with another unit.
+fn fitting_unit(factor: f64, second: f64) -> Option<f64> {
+    let is_other = |unit: &f64| (unit / second - 1.0).abs() > 0.5;
+    let mut units = [1.0, 1e-3, 1e-6, 1e-9].into_iter().filter(is_other);
+    let error = |unit: &f64| (factor * second / unit - 1.0).abs();
+    units.find(|unit| error(unit) < TimeLimits::DEFAULT.resampled_rate)
 }
 
 impl Table {
