@@ -276,13 +276,8 @@ impl DataSection {
         let side = self.transmission_side()?;
         let kinds = kinds(robot);
         let column_of = |key, columns: &DataColumns, units: &QuantityUnits| {
-            let axes = axis_columns(columns, units, side, &kinds);
-            let mut axes = axes.map_err(|problem| (key, problem))?;
-            let is_angle = !units.allows_current && side == Side::Joint;
-            if is_angle && columns.wraps.is_none() {
-                axes.wraps = continuous.to_vec();
-            }
-            Ok(axes)
+            axis_columns(columns, units, side, (&kinds, continuous))
+                .map_err(|problem| (key, problem))
         };
         Ok(Some(Columns {
             side,
@@ -376,7 +371,7 @@ fn axis_columns(
     columns: &DataColumns,
     units: &QuantityUnits,
     side: Side,
-    kinds: &[JointKind],
+    (kinds, continuous): (&[JointKind], &[bool]),
 ) -> Result<AxisColumns, String> {
     let axes = kinds.len();
     let list = |names: &Vec<ColumnName>| names.iter().map(ColumnName::text).collect::<Vec<_>>();
@@ -410,7 +405,9 @@ fn axis_columns(
     if wraps.is_some() && units.allows_current {
         return Err("has `wraps`, which belongs to positions; remove it".to_owned());
     }
-    let wraps = wraps.as_ref().map_or(Some(Vec::new()), |wraps| wraps.of_each(axes));
+    let is_angle = !units.allows_current && side == Side::Joint;
+    let by_default = if is_angle { continuous.to_vec() } else { Vec::new() };
+    let wraps = wraps.as_ref().map_or(Some(by_default), |wraps| wraps.of_each(axes));
     let wraps = wraps.ok_or_else(|| wrong_count("wraps", axes))?;
     if zero.is_some() && units.allows_current {
         return Err("has `zero`, which belongs to positions; identify the offset of a torque as \

@@ -131,13 +131,15 @@ impl TorqueUnit<'_> {
         if let Some(factor) = factors.iter().find(|factor| **factor <= 0.0) {
             return Err(format!("has a factor of {factor}; use one above 0, and `sign` for signs"));
         }
-        let scale = |axis: usize| {
+        let mut scales = Vec::with_capacity(axes);
+        for axis in 0..axes {
             // A motor is always revolute, whatever its joint's kind.
             let kind = if side == Side::Motor { JointKind::Revolute } else { kinds[axis] };
             let of_one = per_ampere.as_ref().map(|of| of[axis]);
-            unit[axis].scale(units, kind, of_one, axis + 1)
-        };
-        (0..axes).map(|axis| Ok(scale(axis)? * signs[axis] * factors[axis])).collect()
+            let scale = unit[axis].scale(units, kind, of_one, axis + 1)?;
+            scales.push(scale * signs[axis] * factors[axis]);
+        }
+        Ok(scales)
     }
 }
 
@@ -161,7 +163,8 @@ impl Unit {
             Self::Sized(SizedUnit { si, .. }) if is_positive(si) => return Ok(*si),
             Self::Sized(SizedUnit { name, si }) => {
                 return Err(format!(
-                    "has the unit \"{name}\" of the size {si}; use one above 0, and `sign` for signs"
+                    "has the unit \"{name}\" of the size {si}; use one above 0, and `sign` for \
+                    signs"
                 ));
             }
         };
@@ -179,8 +182,8 @@ impl Unit {
             let names = names.chain(currents.map(|(name, _)| *name));
             let names: Vec<String> = names.map(|name| format!("\"{name}\"")).collect();
             format!(
-                "has the unit \"{name}\" for axis {axis}; use {} or its size in SI units, as {{ name \
-                = \"{name}\", si = … }}",
+                "has the unit \"{name}\" for axis {axis}; use {} or its size in SI units, as \
+                {{ name = \"{name}\", si = … }}",
                 names.join(" or ")
             )
         })

@@ -5,11 +5,11 @@
 pub(crate) struct ProposalLimits {
     /// Factor by which a position may exceed its limits \[1\]. Derived: limits are round numbers.
     pub limit_factor: f64,
-    /// Range of limits that are degrees, if they are given in radians \[rad\]. Derived: no joint but
-    /// one without end turns further than two turns either way; a joint without end has a hundred.
+    /// Range of limits that are degrees, if they are given in radians \[rad\]. Derived: only a
+    /// continuous joint turns further than two turns either way, and it has a hundred.
     pub degree_limits_rad: [f64; 2],
-    /// Largest difference of a step to a turn, of angles that wrap \[1\]. Convention: no joint moves
-    /// by a tenth of a turn within a sample.
+    /// Largest difference of a step to a turn, of angles that wrap \[1\]. Convention: no joint
+    /// moves by a tenth of a turn within a sample.
     pub turn_share: f64,
     /// Smallest motion of a joint that indicates its unit \[rad or m\]. Derived: in the smaller
     /// unit, the joint would hardly move.

@@ -123,8 +123,8 @@ pub(super) fn column_meaning(name: &str) -> Option<ColumnMeaning> {
     }
 }
 
-/// Returns a name without units in brackets and without placeholders. A name with the unit of a speed, as rad/s, gets the
-/// word of a speed.
+/// Returns a name without units in brackets and without placeholders. A name with the unit of a
+/// speed, as rad/s, gets the word of a speed.
 fn without_units(name: &str) -> String {
     let mut rest = name.to_owned();
     let is_speed = name.match_indices("/s").any(|(at, of)| {
@@ -301,13 +301,11 @@ pub(super) fn column_groups(
 
 /// Returns the groups of columns that all have one name.
 fn repeated_names(columns: &[String], axes: usize) -> Vec<ColumnGroup> {
-    let numbers_of = |name: &String| -> Vec<String> {
-        let alike = columns.iter().enumerate().filter(|(_, other)| *other == name);
-        alike.map(|(at, _)| (at + 1).to_string()).collect()
-    };
     let mut groups = Vec::new();
     for name in columns.iter().filter(|name| !name.is_empty()) {
-        let group = ColumnGroup::ByNumber(name.clone(), numbers_of(name));
+        let alike = columns.iter().enumerate().filter(|(_, other)| *other == name);
+        let numbers = alike.map(|(at, _)| (at + 1).to_string()).collect();
+        let group = ColumnGroup::ByNumber(name.clone(), numbers);
         if axes > 1 && group.names().len() == axes && !groups.contains(&group) {
             groups.push(group);
         }
@@ -317,12 +315,9 @@ fn repeated_names(columns: &[String], axes: usize) -> Vec<ColumnGroup> {
 
 /// Returns the texts of the first row in the columns of a pattern.
 fn pattern_texts(table: &TableNames, pattern: &str, count: usize) -> Vec<String> {
-    let text = |axis| {
-        let name = axis_name(pattern, axis);
-        let column = table.columns.iter().position(|own| *own == name)?;
-        table.first_row.get(column).cloned()
-    };
-    (0..count).filter_map(text).collect()
+    let names = (0..count).map(|axis| axis_name(pattern, axis));
+    let columns = names.filter_map(|name| table.columns.iter().position(|own| *own == name));
+    columns.filter_map(|column| table.first_row.get(column).cloned()).collect()
 }
 
 /// Returns the place of each joint in a list of names, and the length of the list.
@@ -399,8 +394,8 @@ pub(super) fn unit<'a>(name: &str, units: &[(&str, &'a str)]) -> Option<Result<&
 const OTHER_UNITS: &[&str] =
     &["ma", "percent", "permille", "pct", "counts", "ticks", "inc", "min", "grad", "rpm"];
 
-/// Returns the names of other groups of the same quantity by their words, also of those that are not
-/// used, such as errors and filtered signals.
+/// Returns the names of other groups of the same quantity by their words, also of those that are
+/// not used, such as errors and filtered signals.
 pub(super) fn related_groups(groups: &[ColumnGroup], chosen: &ColumnGroup) -> Vec<String> {
     let quantities = [POSITION_WORDS, TORQUE_WORDS, CURRENT_WORDS];
     let is_of = |group: &ColumnGroup, words: &[&str]| {

@@ -174,25 +174,17 @@ impl SignalSurvey<'_> {
         let sizes = self.unit_sizes(&parse_value(unit)?, &POSITION_UNITS)?;
         let sized_torque = torque_unit.filter(|unit| is_sized(unit));
         let torque_sizes = sized_torque.and_then(|unit| self.unit_sizes(unit, &TORQUE_UNITS));
-        let scale = |columns: &[Vec<f64>], sizes: &[f64]| -> Vec<Vec<f64>> {
-            let scaled = columns.iter().zip(sizes);
-            scaled.map(|(values, size)| values.iter().map(|value| value * size).collect()).collect()
-        };
-        let mut position = scale(&self.position, &sizes);
+        let mut position = scaled_columns(&self.position, &sizes);
         let angles = position.iter_mut().zip(self.kinds());
         let mut angles: Vec<&mut Vec<f64>> = angles
             .filter(|(_, kind)| *kind == JointKind::Revolute)
             .map(|(values, _)| values)
             .collect();
-        let is_turn = |pair: &[f64]| {
-            let turns = (pair[1] - pair[0]).abs() / TAU;
-            (turns - 1.0).abs() < ProposalLimits::DEFAULT.turn_share
-        };
         let has_turns = angles.iter().any(|values| values.windows(2).any(is_turn));
         if has_turns {
             angles.iter_mut().for_each(|values| unwrap_turns(values));
         }
-        let torque = torque_sizes.map(|sizes| scale(&self.torque, &sizes));
+        let torque = torque_sizes.map(|sizes| scaled_columns(&self.torque, &sizes));
         let torque = torque.unwrap_or_else(|| self.torque.clone());
         Some(Self { robot: self.robot, position, torque, has_turns })
     }
@@ -208,8 +200,8 @@ impl SignalSurvey<'_> {
             toml::Value::String(name) => units.size(name, kind),
             unit => {
                 let size = unit.get("si")?;
-                let whole = || i32::try_from(size.as_integer()?).ok().map(f64::from);
-                size.as_float().or_else(whole)
+                let integer = || i32::try_from(size.as_integer()?).ok().map(f64::from);
+                size.as_float().or_else(integer)
             }
         };
         let sizes = each.iter().zip(self.kinds()).map(size);
@@ -410,6 +402,18 @@ fn are_near(reported: &[f64], unit: f64) -> bool {
     let mean = logarithms.clone().sum::<f64>() / reported.len() as f64;
     let [complete, each] = ProposalLimits::DEFAULT.mass_factors.map(f64::ln);
     !reported.is_empty() && mean.abs() < complete && logarithms.clone().all(|of| of.abs() < each)
+}
+
+/// Multiplies each column by its size.
+fn scaled_columns(columns: &[Vec<f64>], sizes: &[f64]) -> Vec<Vec<f64>> {
+    let scaled = columns.iter().zip(sizes);
+    scaled.map(|(values, size)| values.iter().map(|value| value * size).collect()).collect()
+}
+
+/// Returns true if two consecutive angles differ by a turn.
+fn is_turn(pair: &[f64]) -> bool {
+    let turns = (pair[1] - pair[0]).abs() / TAU;
+    (turns - 1.0).abs() < ProposalLimits::DEFAULT.turn_share
 }
 
 /// Returns true for a unit that is given by its size, for all joints or one of them.

@@ -29,7 +29,7 @@ pub(super) struct TableTime {
     /// True if the unit is known from an answer, from the name or from the values.
     pub(super) is_stated: bool,
     /// Number of rows in which each state stands, if more than one.
-    pub(super) held_rows: Option<usize>,
+    pub(super) rows_per_state: Option<usize>,
 }
 
 enum TimeSource {
@@ -99,8 +99,8 @@ impl TableTime {
                 let pairs = pairs.iter().map(|[sec, nanosec]| format!("`{sec}` with `{nanosec}`"));
                 let others = columns.map(|name| format!("`{name}`")).chain(pairs).collect();
                 let which = TimeSource::OneOf(others);
-                let (rate_hz, is_stated, held_rows) = (None, false, None);
-                Ok(Some(Self { time_source: which, rate_hz, is_stated, held_rows }))
+                let (rate_hz, is_stated, rows_per_state) = (None, false, None);
+                Ok(Some(Self { time_source: which, rate_hz, is_stated, rows_per_state }))
             }
         }
     }
@@ -108,7 +108,7 @@ impl TableTime {
     /// Proposes the rate.
     pub(super) fn rate_guess(&self) -> Guess {
         let guess = if self.is_stated { Guess::from_file } else { Guess::assumed };
-        match (self.rate_hz, self.held_rows, &self.time_source) {
+        match (self.rate_hz, self.rows_per_state, &self.time_source) {
             (Some(rate_hz), Some(rows), _) => {
                 let why = format!(
                     "each state stands in {rows} rows: the log has {rate_hz:?} rows a second, and \
@@ -179,7 +179,7 @@ struct ColumnTimes {
     times_s: Vec<f64>,
     /// `None` if all are the same.
     rate_hz: Option<f64>,
-    held_rows: Option<usize>,
+    rows_per_state: Option<usize>,
 }
 
 impl ColumnTimes {
@@ -216,14 +216,14 @@ impl TableRows<'_> {
             ) => return Ok(None),
             Err(error) => return Err(error.into()),
         };
-        let held_rows = table.held_rows();
+        let rows_per_state = table.rows_per_state();
         let mut times_s = table.time.unwrap_or_default();
         if let Some(row) = join_times(&mut times_s) {
             let (file, column) = (self.file.to_path_buf(), name.to_owned());
             return Err(ProposalError::Backwards { file, column, row });
         }
         let rate_hz = mean_rate_hz(&times_s);
-        Ok(Some(ColumnTimes { times_s, rate_hz, held_rows }))
+        Ok(Some(ColumnTimes { times_s, rate_hz, rows_per_state }))
     }
 
     /// Returns the time of columns that need no unit.
@@ -236,8 +236,8 @@ impl TableRows<'_> {
         let times = self.read_times(name, columns)?;
         Ok(times.and_then(|times| {
             let rate_hz = Some(round_rate(times.rate_hz?));
-            let (is_stated, held_rows) = (true, times.held_rows);
-            Some(TableTime { time_source, rate_hz, is_stated, held_rows })
+            let (is_stated, rows_per_state) = (true, times.rows_per_state);
+            Some(TableTime { time_source, rate_hz, is_stated, rows_per_state })
         }))
     }
 
@@ -288,10 +288,10 @@ impl TableRows<'_> {
             let time_source = TimeSource::Column { name: column, unit: Some(DATE_UNIT) };
             return self.time_without_unit(name, dates, time_source);
         };
-        let held_rows = times.held_rows;
+        let rows_per_state = times.rows_per_state;
         let Some(rate_hz) = times.rate_hz else {
             let (time_source, rate_hz) = (TimeSource::Constant(column), None);
-            return Ok(Some(TableTime { time_source, rate_hz, is_stated: false, held_rows }));
+            return Ok(Some(TableTime { time_source, rate_hz, is_stated: false, rows_per_state }));
         };
         // The type of the column includes a unit, so the times are in seconds already.
         let rate_of = |unit: f64| rate_hz * second / unit;
@@ -318,6 +318,6 @@ impl TableRows<'_> {
         let (unit, rate_hz) =
             fits.map(|(unit, second)| (unit, round_rate(rate_of(second)))).unzip();
         let time_source = TimeSource::Column { name: column, unit };
-        Ok(Some(TableTime { time_source, rate_hz, is_stated, held_rows }))
+        Ok(Some(TableTime { time_source, rate_hz, is_stated, rows_per_state }))
     }
 }

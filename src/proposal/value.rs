@@ -52,11 +52,12 @@ impl Guess {
 }
 
 /// Questions for open values.
-pub(super) const POSITION_UNIT_QUESTION: &str = "unit: \"rad\", \"deg\" or \"rev\"; \"m\" or \"mm\" for a prismatic joint; any other by its size \
-    in SI units, as { name = \"count\", si = 1.5e-4 }; a list if they differ";
+pub(super) const POSITION_UNIT_QUESTION: &str = "unit: \"rad\", \"deg\" or \"rev\"; \"m\" or \"mm\" \
+    for a prismatic joint; any other by its size in SI units, as { name = \"count\", si = 1.5e-4 }; a \
+    list if they differ";
 pub(super) const TORQUE_UNIT_QUESTION: &str = "unit: \"Nm\" or \"mNm\"; \"N\" for a prismatic \
-    joint; \"A\" or \"mA\" with per_ampere for currents; any other by its size in SI units, as { name \
-    = \"%\", si = 1.2 }; a list if they differ";
+    joint; \"A\" or \"mA\" with per_ampere for currents; any other by its size in SI units, as \
+    { name = \"%\", si = 1.2 }; a list if they differ";
 pub(super) const TORQUE_SIGN_QUESTION: &str = "1 if a positive torque accelerates the joint in its \
     positive direction, else -1; a list if they differ";
 pub(super) const SIDE_QUESTION: &str = "\"motor\" if angles and torques are on the motor \

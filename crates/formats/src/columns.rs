@@ -146,6 +146,14 @@ impl Columns {
         names.chain(self.time.iter().flat_map(TimeColumns::names).cloned()).collect()
     }
 
+    /// Returns the seconds per unit of the time.
+    pub(crate) fn seconds_per_unit(&self) -> f64 {
+        match self.time {
+            Some(TimeColumns::Numbers { second, .. }) => second,
+            _ => 1.0,
+        }
+    }
+
     pub(crate) fn zero(&self, quantity: Quantity, axis: usize) -> f64 {
         self.axis_columns(quantity).and_then(|of| of.zeros.get(axis)).copied().unwrap_or(0.0)
     }

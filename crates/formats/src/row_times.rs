@@ -108,7 +108,7 @@ pub fn join_times(times_s: &mut [f64]) -> Option<usize> {
 
 /// Returns the number of rows in which each state stands, if most states stand in several rows: a
 /// log that is faster than the arm.
-pub(crate) fn held_rows(columns: &[&Vec<f64>]) -> Option<usize> {
+pub(crate) fn rows_per_state(columns: &[&Vec<f64>]) -> Option<usize> {
     let mut runs: Vec<usize> = run_begins(columns).windows(2).map(|run| run[1] - run[0]).collect();
     runs.sort_unstable();
     let usual = *runs.get(runs.len() / 2)?;
@@ -117,16 +117,17 @@ pub(crate) fn held_rows(columns: &[&Vec<f64>]) -> Option<usize> {
     (usual > 1 && many && most).then_some(usual)
 }
 
-/// Returns one row of each state, if each stands in `held` rows. A longer rest has as many states.
-pub(crate) fn distinct_rows(columns: &[&Vec<f64>], held: usize) -> Vec<usize> {
+/// Returns one row of each state, if each stands in `rows_per_state` rows. A longer rest has as
+/// many states.
+pub(crate) fn distinct_rows(columns: &[&Vec<f64>], rows_per_state: usize) -> Vec<usize> {
     let count = columns.first().map_or(0, |column| column.len());
     let begins = run_begins(columns);
     let ends = begins.iter().skip(1).copied().chain([count]);
-    begins.iter().zip(ends).flat_map(|(begin, end)| (*begin..end).step_by(held)).collect()
+    begins.iter().zip(ends).flat_map(|(begin, end)| (*begin..end).step_by(rows_per_state)).collect()
 }
 
 /// Returns the rows that differ from the row before.
-#[expect(clippy::float_cmp, reason = "what is held is the same to the bit")]
+#[expect(clippy::float_cmp, reason = "a repeated state is the same to the bit")]
 fn run_begins(columns: &[&Vec<f64>]) -> Vec<usize> {
     let count = columns.first().map_or(0, |column| column.len());
     let differs =
@@ -183,9 +184,9 @@ mod tests {
         let mut twice: Vec<f64> = ramp().chain(ramp()).collect();
         assert_eq!(join_recordings(&mut twice, &[]), Ok(1));
         assert!((twice[300] - twice[299] - 0.1).abs() < 1e-9 && twice.is_sorted());
-        let mut known: Vec<f64> = (0..600).map(|row| f64::from(row) * 0.01).collect();
-        assert_eq!(join_recordings(&mut known, &[300]), Ok(1));
-        assert!((known[300] - known[299] - 0.1).abs() < 1e-9);
+        let mut marked: Vec<f64> = (0..600).map(|row| f64::from(row) * 0.01).collect();
+        assert_eq!(join_recordings(&mut marked, &[300]), Ok(1));
+        assert!((marked[300] - marked[299] - 0.1).abs() < 1e-9);
         let mut swapped: Vec<f64> = ramp().collect();
         swapped.swap(150, 151);
         assert_eq!(join_times(&mut swapped), Some(152));
@@ -195,11 +196,11 @@ mod tests {
 
     #[test]
     fn states_that_stand_in_several_rows_are_found() {
-        let held: Vec<f64> = (0..2000).map(|row| f64::from(row / 4)).collect();
-        let other: Vec<f64> = held.iter().map(|value| -value).collect();
-        assert_eq!(held_rows(&[&held, &other]), Some(4));
-        assert_eq!(distinct_rows(&[&held, &other], 4).len(), 500);
+        let stepped: Vec<f64> = (0..2000).map(|row| f64::from(row / 4)).collect();
+        let other: Vec<f64> = stepped.iter().map(|value| -value).collect();
+        assert_eq!(rows_per_state(&[&stepped, &other]), Some(4));
+        assert_eq!(distinct_rows(&[&stepped, &other], 4).len(), 500);
         let fresh: Vec<f64> = (0..2000).map(f64::from).collect();
-        assert_eq!(held_rows(&[&held, &fresh]), None);
+        assert_eq!(rows_per_state(&[&stepped, &fresh]), None);
     }
 }

@@ -16,9 +16,9 @@ const MIN_CUBIC_POINTS: usize = 4;
 pub enum TimesError {
     /// All times are the same. Take another source of the time, or the rows as they come.
     #[error(
-        "all times are the same, as when seconds after 1970 are written with 32 bits or few digits; \
-        write more digits, or leave `time` out of [data]: the rows are then rate_hz apart (in \
-        [data.bag]: `time` = \"log\" or \"rows\")"
+        "all times are the same: they were written with few digits, or as 32-bit numbers. Write \
+        more digits, or leave `time` out of [data]; in [data.bag], set `time` to \"log\" or \
+        \"rows\""
     )]
     None,
     /// Time goes back.
@@ -46,9 +46,9 @@ pub enum TimesError {
     /// Each state stands in several rows: state the rate of the states.
     #[error(
         "each state stands in {rows} rows: the arm sent {found_hz:.2} states a second, and the log \
-        repeats them at {stated_hz} Hz; set rate_hz to the rate of the states, and keep the times"
+        repeats them at {stated_hz} Hz. Set rate_hz to the rate of the states, and name the time"
     )]
-    Held {
+    RepeatedStates {
         /// Number of rows of a state.
         rows: usize,
         /// Rate of the states \[Hz\].
@@ -75,7 +75,7 @@ pub struct Resampled {
     /// Number of recordings after the first one in the same file.
     pub appended_recordings: usize,
     /// Number of rows of each state, of which one is kept; 0 if all rows are kept.
-    pub held_rows: usize,
+    pub rows_per_state: usize,
     /// Step of times that are coarser than the rows \[s\], which are then taken as uniform; 0 for
     /// fine times.
     pub coarse_step_s: f64,
@@ -84,8 +84,11 @@ pub struct Resampled {
 impl Resampled {
     /// True if all rows were on the grid.
     pub fn is_nothing(&self) -> bool {
-        let Self { appended_recordings, held_rows, coarse_step_s, .. } = *self;
-        !self.is_resampled() && appended_recordings == 0 && held_rows == 0 && coarse_step_s == 0.0
+        let Self { appended_recordings, rows_per_state, coarse_step_s, .. } = *self;
+        !self.is_resampled()
+            && appended_recordings == 0
+            && rows_per_state == 0
+            && coarse_step_s == 0.0
     }
 
     fn is_resampled(&self) -> bool {
@@ -119,8 +122,8 @@ impl fmt::Display for Resampled {
                 self.appended_recordings + 1
             ));
         }
-        if self.held_rows > 0 {
-            let rows = self.held_rows;
+        if self.rows_per_state > 0 {
+            let rows = self.rows_per_state;
             texts.push(format!("each state stands in {rows} rows; one of them is kept"));
         }
         if self.coarse_step_s > 0.0 {

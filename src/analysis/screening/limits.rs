@@ -109,7 +109,7 @@ impl fmt::Display for LimitExcess {
             match cause {
                 Cause::Glitch => "a glitch?".to_owned(),
                 Cause::Wrap { time_s } =>
-                    format!("it jumps by a turn after {time_s:.3} s: unwrap it"),
+                    format!("it jumps by a turn after {time_s:.3} s: set `wraps` in the cell"),
                 Cause::PositionUnit if revolute => "degrees in place of radians?".to_owned(),
                 Cause::PositionUnit => "millimetres in place of metres?".to_owned(),
                 Cause::TorqueUnit => "mN·m, a current, or the other side of the gear?".to_owned(),

@@ -28,7 +28,7 @@ use didim_dynamics::Signals;
 use flate2::bufread::MultiGzDecoder;
 
 use crate::capacity::Capacity;
-use crate::columns::{Columns, Quantity, TimeColumns, unwrap_turns};
+use crate::columns::{Columns, Quantity, unwrap_turns};
 use crate::measurement::{Measurement, Side};
 use crate::missing_values::{CompleteRows, DisjointColumns, MissingValues};
 use crate::record::Record;
@@ -38,6 +38,7 @@ use grid::{Grid, find_grid};
 use header::{Column, Header};
 use source::{Source, TableValues};
 use text::TextTable;
+use time::ExactTime;
 use uniform_record::{row_times, to_record};
 
 use error::unit_of_time;
@@ -253,10 +254,7 @@ fn read(
     if needs_time && !header.has_time {
         return Err(TableError::NoTime { file: file() });
     }
-    let second = match columns.and_then(|columns| columns.time.as_ref()) {
-        Some(TimeColumns::Numbers { second, .. }) => *second,
-        _ => 1.0,
-    };
+    let second = columns.map_or(1.0, Columns::seconds_per_unit);
     check_time_unit(source.as_ref(), path, &header, second)?;
     let (first_row, names) = (source.first_row(), source.names().to_vec());
     let is_read = |column: &&Column| !matches!(column, Column::Other);
@@ -265,8 +263,8 @@ fn read(
         source.read(&header.columns, capacity)?;
     let incomplete_rows = leave_out(&mut numbers, &names, first_row, path)?;
     if let Some(incomplete) = &incomplete_rows {
-        let kept = &incomplete.complete_rows.rows;
-        begins.iter_mut().for_each(|begin| *begin = kept.partition_point(|row| row < begin));
+        let rows = &incomplete.complete_rows.rows;
+        begins.iter_mut().for_each(|begin| *begin = rows.partition_point(|row| row < begin));
     }
     let (mut time, mut rows) = (None, 0);
     let mut parts: [Option<(usize, Vec<f64>)>; 2] = [None, None];
@@ -295,22 +293,12 @@ fn read(
             Column::Other => {}
         }
     }
-    if let [Some((sec, seconds)), Some((nanosec, nanoseconds))] = parts {
-        let (times_s, of) = time::of_parts(&seconds, &nanoseconds).map_err(
-            |(is_sec, (row, value, wanted)): (bool, time::NotFractional)| {
-                let column = names[if is_sec { sec } else { nanosec }].clone();
-                TableError::NotFractional {
-                    file: file(),
-                    place: first_row.rows_later(
-                        incomplete_rows.as_ref().map_or(row, |rows| rows.complete_rows.rows[row]),
-                    ),
-                    column,
-                    value,
-                    wanted,
-                }
-            },
-        )?;
-        (time, first) = (Some(times_s), of);
+    if let [Some(seconds), Some(nanoseconds)] = parts {
+        let rows = incomplete_rows.as_ref().map(|rows| rows.complete_rows.rows.as_slice());
+        let stamps = stamp_times([seconds, nanoseconds], &names, path, |row| {
+            first_row.rows_later(rows.map_or(row, |rows| rows[row]))
+        });
+        (time, first) = stamps.map(|(times_s, first)| (Some(times_s), first))?;
         resolution = 1e-9;
     }
     if rows < 2 {
@@ -330,6 +318,21 @@ fn read(
         signals,
         begins,
         incomplete_rows,
+    })
+}
+
+/// Returns the times of stamps in two columns, each with its index. `place` returns the place of a
+/// row.
+fn stamp_times(
+    [(sec, seconds), (nanosec, nanoseconds)]: [(usize, Vec<f64>); 2],
+    names: &[String],
+    path: &Path,
+    place: impl Fn(usize) -> RowPlace,
+) -> Result<(Vec<f64>, Option<ExactTime>), TableError> {
+    time::of_parts(&seconds, &nanoseconds).map_err(|(is_sec, (row, value, wanted))| {
+        let column = names[if is_sec { sec } else { nanosec }].clone();
+        let (file, place) = (path.to_path_buf(), place(row));
+        TableError::NotFractional { file, place, column, value, wanted }
     })
 }
 
@@ -404,7 +407,7 @@ fn leave_out(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::columns::AxisColumns;
+    use crate::columns::{AxisColumns, TimeColumns};
 
     fn read_complete(
         text: &[u8],
@@ -823,26 +826,26 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("x.csv");
         let columns = one_axis("t", ["q", "tau"]);
-        let write = |decimals: usize, held: u32| {
+        fn table(decimals: usize, rows_per_state: u32) -> String {
             let row = |row: u32| {
-                let state = f64::from(row / held);
+                let state = f64::from(row / rows_per_state);
                 let time = f64::from(row) / 500.0;
                 format!("{time:.decimals$},{},{}\n", (0.01 * state).sin(), state % 7.0)
             };
-            let rows: String = (0..4000).map(row).collect();
-            std::fs::write(&path, format!("t,q,tau\n{rows}")).unwrap();
-        };
-        write(4, 4);
+            "t,q,tau\n".to_owned() + &(0..4000).map(row).collect::<String>()
+        }
+        std::fs::write(&path, table(4, 4)).unwrap();
         let error = read_table(&path, Some(500.0), 500.0, Some(&columns)).unwrap_err();
-        let TableError::Times { source: TimesError::Held { rows, found_hz, .. }, .. } = error
+        let TableError::Times { source: TimesError::RepeatedStates { rows, found_hz, .. }, .. } =
+            error
         else {
             panic!("{error}")
         };
         assert!(rows == 4 && (found_hz - 125.0).abs() < 0.1, "{rows} {found_hz}");
         let record = read_table(&path, Some(125.0), 125.0, Some(&columns)).unwrap();
-        assert_eq!(record.resampled.held_rows, 4);
+        assert_eq!(record.resampled.rows_per_state, 4);
         assert_eq!(record.segments[0].measurement.samples(), 1000);
-        write(2, 1);
+        std::fs::write(&path, table(2, 1)).unwrap();
         let record = read_table(&path, Some(500.0), 500.0, Some(&columns)).unwrap();
         assert!((record.resampled.coarse_step_s - 0.01).abs() < 1e-9);
         assert_eq!(record.into_whole().unwrap().samples(), 4000);

@@ -6,9 +6,9 @@ use super::Table;
 use super::error::TableError;
 use super::grid::Grid;
 use crate::record::Record;
-use crate::row_times::{distinct_rows, held_rows, join_recordings};
+use crate::row_times::{distinct_rows, join_recordings, rows_per_state};
 use crate::time_limits::TimeLimits;
-use crate::uniform::{Resampled, TimedRows, TimesError, resample};
+use crate::uniform::{TimedRows, TimesError, resample};
 
 /// Converts complete rows to a record.
 pub(super) fn to_record(
@@ -17,60 +17,28 @@ pub(super) fn to_record(
     sample_rate_hz: Option<f64>,
     nominal_hz: f64,
 ) -> Result<Record, TableError> {
-    let held = table.keep_distinct_rows(sample_rate_hz);
-    let second = table.second;
+    let rows_per_state = table.keep_distinct_rows(sample_rate_hz);
+    let (resolution_s, second) = (table.resolution_s, table.second);
     if !table.begins.is_empty() && table.time.is_none() {
         table.time = sample_rate_hz.map(|rate_hz| row_times(0..table.rows(), rate_hz));
     }
-    // Times jitter if they are off the grid by more than their last digits.
-    let is_on_grid = |grid: &Grid, resolution_s: f64| {
-        let jitter_s = TimeLimits::DEFAULT.grid_jitter_periods / grid.rate_hz;
-        grid.coarse_step_s > 0.0 || grid.off_s <= (2.0 * resolution_s).max(jitter_s)
-    };
-    let grid = table.grid(sample_rate_hz, path);
-    let record = match grid {
-        Ok(grid) if table.begins.is_empty() && is_on_grid(&grid, table.resolution_s) => {
+    let record = match table.grid(sample_rate_hz, path) {
+        Ok(grid) if table.begins.is_empty() && grid.has_fitting_times(resolution_s) => {
             let mut record = Record::from(table.into_measurement(grid.rate_hz));
             record.resampled.coarse_step_s = grid.coarse_step_s;
             Ok(record)
         }
         Ok(_) | Err(TableError::NotUniform { .. }) => {
-            let mut times_s = table.time.take().unwrap_or_default();
-            // Where time goes back within a recording, the resampling says it.
-            let appended = join_recordings(&mut times_s, &table.begins).unwrap_or_default();
-            let columns = table.signals.iter_mut().flat_map(core::mem::take).collect();
-            let (rate, axes) = (sample_rate_hz.unwrap_or(nominal_hz), table.axes);
-            let uniform = resample(TimedRows { times_s, columns }, rate)
-                .map_err(|source| TableError::Times { file: path.to_path_buf(), source });
-            uniform.map(|(pieces, resampled)| {
-                let resampled = Resampled { appended_recordings: appended, ..resampled };
-                Record::from_uniform((pieces, resampled), |columns| {
-                    let mut columns = columns.into_iter();
-                    let signals = [(); 3].map(|()| columns.by_ref().take(axes).collect());
-                    Table { signals, ..table.clone() }.into_measurement(rate)
-                })
-            })
+            table.into_resampled(path, sample_rate_hz.unwrap_or(nominal_hz))
         }
         Err(error) => Err(error),
     };
     match record {
         Ok(mut record) => {
-            record.resampled.held_rows = held.unwrap_or_default();
+            record.resampled.rows_per_state = rows_per_state.unwrap_or_default();
             Ok(record)
         }
-        Err(error) => {
-            let cause = rate_difference(&error).and_then(|(found_hz, given_hz)| {
-                let file = path.to_path_buf();
-                let source =
-                    held.map(|rows| TimesError::Held { rows, found_hz, stated_hz: given_hz });
-                let held = source.map(|source| TableError::Times { file: file.clone(), source });
-                held.or_else(|| {
-                    let second = fitting_unit(found_hz / given_hz, second)?;
-                    Some(TableError::TimeScale { file, found_hz, given_hz, second })
-                })
-            });
-            Err(cause.unwrap_or(error))
-        }
+        Err(error) => Err(rate_cause(&error, path, rows_per_state, second).unwrap_or(error)),
     }
 }
 
@@ -80,15 +48,27 @@ pub(super) fn row_times(rows: impl Iterator<Item = usize>, rate_hz: f64) -> Vec<
     rows.map(|row| row as f64 / rate_hz).collect()
 }
 
-/// Returns the rate of the times and the configured one \[Hz\], if they differ.
-fn rate_difference(error: &TableError) -> Option<(f64, f64)> {
-    match error {
-        TableError::RateMismatch { found_hz, given_hz, .. } => Some((*found_hz, *given_hz)),
+/// Explains another rate: by the rows in which each state stands, or by another unit of the times.
+fn rate_cause(
+    error: &TableError,
+    path: &Path,
+    rows_per_state: Option<usize>,
+    second: f64,
+) -> Option<TableError> {
+    let (found_hz, given_hz) = match error {
+        TableError::RateMismatch { found_hz, given_hz, .. } => (*found_hz, *given_hz),
         TableError::Times { source: TimesError::Rate { found_hz, stated_hz }, .. } => {
-            Some((*found_hz, *stated_hz))
+            (*found_hz, *stated_hz)
         }
-        _ => None,
+        _ => return None,
+    };
+    let file = path.to_path_buf();
+    if let Some(rows) = rows_per_state {
+        let source = TimesError::RepeatedStates { rows, found_hz, stated_hz: given_hz };
+        return Some(TableError::Times { file, source });
     }
+    let second = fitting_unit(found_hz / given_hz, second)?;
+    Some(TableError::TimeScale { file, found_hz, given_hz, second })
 }
 
 /// Returns the unit of time \[s\] that fits a rate which is off by this factor with another unit.
@@ -99,35 +79,62 @@ fn fitting_unit(factor: f64, second: f64) -> Option<f64> {
     units.find(|unit| error(unit) < TimeLimits::DEFAULT.resampled_rate)
 }
 
+/// Keeps some rows of a column.
+fn retain_rows(column: &mut Vec<f64>, rows: &[usize]) {
+    *column = rows.iter().filter_map(|row| column.get(*row).copied()).collect();
+}
+
+impl Grid {
+    /// Returns true if the times are off the grid by no more than their last digits, or by their
+    /// steps, if these are coarser than the rows. Other times jitter.
+    fn has_fitting_times(&self, resolution_s: f64) -> bool {
+        let jitter_s = TimeLimits::DEFAULT.grid_jitter_periods / self.rate_hz;
+        self.coarse_step_s > 0.0 || self.off_s <= (2.0 * resolution_s).max(jitter_s)
+    }
+}
+
 impl Table {
+    /// Resamples the rows to a rate \[Hz\]. Recordings one after another become pieces.
+    fn into_resampled(mut self, path: &Path, rate_hz: f64) -> Result<Record, TableError> {
+        let mut times_s = self.time.take().unwrap_or_default();
+        // Where time goes back within a recording, the resampling says it.
+        let appended = join_recordings(&mut times_s, &self.begins).unwrap_or_default();
+        let columns = self.signals.iter_mut().flat_map(core::mem::take).collect();
+        let (parts, mut resampled) = resample(TimedRows { times_s, columns }, rate_hz)
+            .map_err(|source| TableError::Times { file: path.to_path_buf(), source })?;
+        resampled.appended_recordings = appended;
+        Ok(Record::from_uniform((parts, resampled), |columns| {
+            let mut columns = columns.into_iter();
+            let signals = [(); 3].map(|()| columns.by_ref().take(self.axes).collect());
+            Table { signals, ..self.clone() }.into_measurement(rate_hz)
+        }))
+    }
+
     fn rows(&self) -> usize {
         self.signals.iter().flatten().map(Vec::len).max().unwrap_or_default()
     }
 
     /// Keeps one row of each state, if each stands in several rows. Returns their number.
     fn keep_distinct_rows(&mut self, sample_rate_hz: Option<f64>) -> Option<usize> {
-        let held = self.held_rows()?;
+        let rows_per_state = self.rows_per_state()?;
         let columns: Vec<&Vec<f64>> = self.signals.iter().flatten().collect();
-        let rows = distinct_rows(&columns, held);
-        let keep = |column: &mut Vec<f64>| {
-            *column = rows.iter().filter_map(|row| column.get(*row).copied()).collect();
-        };
+        let rows = distinct_rows(&columns, rows_per_state);
         match &mut self.time {
-            Some(time) => keep(time),
+            Some(time) => retain_rows(time, &rows),
             time => {
                 *time = sample_rate_hz.map(|rate_hz| row_times(rows.iter().copied(), rate_hz));
             }
         }
-        self.signals.iter_mut().flatten().for_each(keep);
+        self.signals.iter_mut().flatten().for_each(|column| retain_rows(column, &rows));
         for begin in &mut self.begins {
             *begin = rows.partition_point(|row| row < begin);
         }
-        Some(held)
+        Some(rows_per_state)
     }
 
     /// Returns the number of rows in which each state stands, if most stand in several: a log that
     /// is faster than the arm.
-    pub fn held_rows(&self) -> Option<usize> {
-        held_rows(&self.signals.iter().flatten().collect::<Vec<_>>())
+    pub fn rows_per_state(&self) -> Option<usize> {
+        rows_per_state(&self.signals.iter().flatten().collect::<Vec<_>>())
     }
 }
