@@ -53,8 +53,8 @@ impl Guess {
 
 /// Questions for open values.
 pub(super) const POSITION_UNIT_QUESTION: &str = "unit: \"rad\", \"deg\" or \"rev\"; of a prismatic \
-    joint \"m\" or \"mm\"; any other by its size in SI units, as { name = \"count\", si = 1e-4 }; a \
-    list if they differ";
+    joint \"m\" or \"mm\"; any other by its size in SI units, as { name = \"count\", si = 1e-4 }; \
+    a list if they differ";
 pub(super) const TORQUE_UNIT_QUESTION: &str = "unit: \"Nm\" or \"mNm\"; \"N\" for a prismatic \
     joint; \"A\" or \"mA\" with per_ampere for currents; any other by its size in SI units, as \
     { name = \"%\", si = 1.2 }; a list if they differ";

@@ -5,6 +5,7 @@
 //! the same with `joint_`. Tables of other programs are read by the names and units of their
 //! [`Columns`]. A file is text, which gzip may have compressed, or Parquet.
 
+mod column;
 mod error;
 mod grid;
 mod header;
@@ -13,6 +14,7 @@ mod list;
 #[cfg(feature = "parquet")]
 mod parquet;
 mod place;
+mod rows;
 mod source;
 mod text;
 mod text_layout;
@@ -24,7 +26,6 @@ use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 
-use didim_dynamics::Signals;
 use flate2::bufread::MultiGzDecoder;
 
 use crate::capacity::Capacity;
@@ -32,10 +33,10 @@ use crate::columns::{Columns, Quantity, unwrap_turns};
 use crate::measurement::{Measurement, Side};
 use crate::missing_values::{CompleteRows, DisjointColumns, MissingValues};
 use crate::record::Record;
-use crate::start::RecordingStart;
 use crate::uniform::TimesError;
-use grid::{Grid, find_grid};
-use header::{Column, Header};
+use column::Column;
+use header::Header;
+use rows::IncompleteRows;
 use source::{Source, TableValues};
 use text::TextTable;
 use time::ExactTime;
@@ -45,6 +46,7 @@ use error::unit_of_time;
 
 pub use error::TableError;
 pub use place::RowPlace;
+pub use rows::Table;
 pub use write::write_csv;
 
 /// Reads a complete experiment with didim's own columns and uniform times.
@@ -185,58 +187,6 @@ pub fn list_table(path: &Path) -> Result<TableNames, TableError> {
 /// See [`TableError`].
 pub fn read_rows(path: &Path, columns: Option<&Columns>) -> Result<Table, TableError> {
     read(open(path, columns)?, path, false, columns)
-}
-
-/// The rows of a table file, in SI units.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Table {
-    side: Side,
-    axes: usize,
-    first_row: RowPlace,
-    /// Time of each row since the first row \[s\], if the table has times.
-    pub time: Option<Vec<f64>>,
-    /// Value of the last digit of the finest time \[s\].
-    resolution_s: f64,
-    /// Seconds per unit of the time column.
-    second: f64,
-    /// Instant of the first time \[ns after 1970\], if it is known.
-    first_ns: Option<i128>,
-    /// Positions, torques and references by axis; the references may be empty.
-    pub signals: [Vec<Vec<f64>>; 3],
-    /// Rows at which another recording is known to begin.
-    begins: Vec<usize>,
-    /// The rows that lack a value and were left out, if any.
-    incomplete_rows: Option<IncompleteRows>,
-}
-
-/// Rows with missing values, and the remaining rows.
-#[derive(Clone, Debug, PartialEq)]
-struct IncompleteRows {
-    /// The complete rows.
-    complete_rows: CompleteRows,
-    missing_values: MissingValues,
-    disjoint_columns: Box<DisjointColumns>,
-}
-
-impl Table {
-    fn grid(&self, declared: Option<f64>, path: &Path) -> Result<Grid, TableError> {
-        find_grid(self.time.as_deref(), self.first_row, declared, path)
-    }
-
-    /// Returns the recording time of its first row.
-    fn start(&self) -> Option<RecordingStart> {
-        let after_s = *self.time.as_ref()?.first()?;
-        #[expect(clippy::cast_possible_truncation, reason = "saturates, and is no date then")]
-        let after_ns = (1e9 * after_s).round() as i128;
-        RecordingStart::of_unix_ns(self.first_ns?.saturating_add(after_ns))
-    }
-
-    fn into_measurement(self, sample_rate_hz: f64) -> Measurement {
-        let [position_rad, torque_nm, reference] = self.signals;
-        let reference_rad = (!reference.is_empty()).then_some(reference);
-        let signals = Signals { sample_rate_hz, position_rad, torque_nm, reference_rad };
-        Measurement { side: self.side, rate_unchecked: false, signals }
-    }
 }
 
 /// Reads the requested columns, in SI units.
@@ -408,6 +358,8 @@ fn leave_out(
 mod tests {
     use super::*;
     use crate::columns::{AxisColumns, TimeColumns};
+    use crate::start::RecordingStart;
+    use didim_dynamics::Signals;
 
     fn read_complete(
         text: &[u8],

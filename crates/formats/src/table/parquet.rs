@@ -11,8 +11,8 @@ use parquet::errors::ParquetError;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::schema::types::ColumnDescriptor;
 
+use super::column::Column;
 use super::error::TableError;
-use super::header::Column;
 use super::place::RowPlace;
 use super::source::{Source, TableValues};
 use super::time::{ExactTime, FirstTime, digit_resolution};

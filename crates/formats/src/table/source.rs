@@ -1,7 +1,7 @@
 //! Interface of a table of either kind: its header, and the numbers of some columns.
 
+use super::column::Column;
 use super::error::TableError;
-use super::header::Column;
 use super::place::RowPlace;
 use super::time::ExactTime;
 use crate::capacity::Capacity;

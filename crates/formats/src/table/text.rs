@@ -4,8 +4,8 @@
 use std::io::{BufRead, Chain, Cursor, Read};
 use std::path::{Path, PathBuf};
 
+use super::column::Column;
 use super::error::TableError;
-use super::header::Column;
 use super::lines::{LONGEST_LINE, LimitedLines};
 use super::list::elements;
 use super::place::RowPlace;

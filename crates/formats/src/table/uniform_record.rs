@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use super::Table;
 use super::error::TableError;
 use super::grid::Grid;
+use super::rows::Table;
 use crate::record::Record;
 use crate::row_times::{distinct_rows, join_recordings, rows_per_state};
 use crate::time_limits::TimeLimits;
