@@ -1,7 +1,7 @@
 //! `didim new`: writes a commented cell file from the files that an engineer has.
 
 use std::io::IsTerminal;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 
@@ -123,8 +123,12 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         Err(CellError::Open { wrong, .. }) if wrong.is_empty() => {}
         Err(error) => return Err(CliError::from_configuration(error)),
     }
-    let cell = out.display();
-    let next = match (proposal.missing().count(), input) {
+    print(&format!("\n{} written\n{}", out.display(), next_steps(out, input, &proposal)))
+}
+
+/// Returns what to do with the cell file.
+fn next_steps(out: &Path, input: Option<&PathBuf>, proposal: &Proposal) -> String {
+    match (proposal.missing().count(), input) {
         (0, Some(input)) => NextCommand::new("identify")
             .with_option("--cell", out)
             .with_option("--input", input)
@@ -133,11 +137,11 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
             .to_string(),
         (0, None) => NextCommand::new("check").with_option("--cell", out).to_string(),
         (open, _) => format!(
-            "{open} open: put them into {cell} or give them with --set\n{}",
+            "{open} open: put them into {} or give them with --set\n{}",
+            out.display(),
             NextCommand::new("check").with_option("--cell", out)
         ),
-    };
-    print(&format!("\n{cell} written\n{next}"))
+    }
 }
 
 /// Asks one question on the terminal; returns `None` if it is skipped.
