@@ -133,7 +133,7 @@ mod tests {
             .map(|topic| interface_of(topic).map(|name| name.as_str().to_owned()));
         assert_eq!(
             topics.each_ref().map(Option::as_deref),
-            [Some("from_can_bus"), Some("1_from_can_bus"), None]
+            [Some("from_can_bus"), Some("n1_from_can_bus"), None]
         );
     }
 }
