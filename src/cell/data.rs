@@ -76,6 +76,11 @@ pub struct BagSection {
     /// If left out: the only one with these joints.
     #[serde(default)]
     pub topic: Option<String>,
+    /// True for joints whose position jumps from half a turn to minus half a turn: it is unwrapped.
+    ///
+    /// If left out: true for the continuous joints of a URDF, on the joint side.
+    #[serde(default)]
+    pub wraps: Option<OneOrEach<bool>>,
     /// The unit of `effort`, which no bag states, and its sign.
     pub effort: EffortSection,
     /// The time to use: the stamps in the messages, the time at which they were recorded, or none,
@@ -255,7 +260,7 @@ impl DataSection {
             rate_hz: self.rate_hz,
             torque_timing: torque_timing.map_err(|problem| ("data.torque_valid", problem))?,
             columns: self.columns(robot, &wraps)?,
-            bag: self.bag_spec(robot, named)?,
+            bag: self.bag_spec(robot, named, &wraps)?,
         })
     }
 
@@ -297,8 +302,15 @@ impl DataSection {
         self.side.ok_or_else(|| ("data.side", problem.into()))
     }
 
-    fn bag_spec(&self, robot: &Robot, named: &[String]) -> Result<Option<BagSpec>, Wrong> {
-        let Some(BagSection { joints, topic, effort, time }) = &self.bag else { return Ok(None) };
+    fn bag_spec(
+        &self,
+        robot: &Robot,
+        named: &[String],
+        continuous: &[bool],
+    ) -> Result<Option<BagSpec>, Wrong> {
+        let Some(BagSection { joints, topic, wraps, effort, time }) = &self.bag else {
+            return Ok(None);
+        };
         let side = self.transmission_side()?;
         let joints = joints.as_deref().unwrap_or(named);
         if joints.len() != robot.joints() {
@@ -333,9 +345,23 @@ impl DataSection {
             rate_hz: self.rate_hz,
             side,
             torque_scales,
+            wraps: wraps_of_each(wraps.as_ref(), side, continuous, robot.joints())
+                .map_err(|problem| ("data.bag.wraps", problem))?,
             time: *time,
         }))
     }
+}
+
+/// Returns for each axis whether its position wraps. By default `continuous` joints do.
+fn wraps_of_each(
+    wraps: Option<&OneOrEach<bool>>,
+    side: Side,
+    continuous: &[bool],
+    axes: usize,
+) -> Result<Vec<bool>, String> {
+    let by_default = if side == Side::Joint { continuous.to_vec() } else { Vec::new() };
+    let wraps = wraps.map_or(Some(by_default), |wraps| wraps.of_each(axes));
+    wraps.ok_or_else(|| wrong_count("wraps", axes))
 }
 
 fn kinds(robot: &Robot) -> Vec<JointKind> {
@@ -405,10 +431,10 @@ fn axis_columns(
     if wraps.is_some() && units.allows_current {
         return Err("has `wraps`, which belongs to positions; remove it".to_owned());
     }
-    let is_angle = !units.allows_current && side == Side::Joint;
-    let by_default = if is_angle { continuous.to_vec() } else { Vec::new() };
-    let wraps = wraps.as_ref().map_or(Some(by_default), |wraps| wraps.of_each(axes));
-    let wraps = wraps.ok_or_else(|| wrong_count("wraps", axes))?;
+    let wraps = match units.allows_current {
+        true => Vec::new(),
+        false => wraps_of_each(wraps.as_ref(), side, continuous, axes)?,
+    };
     if zero.is_some() && units.allows_current {
         return Err("has `zero`, which belongs to positions; identify the offset of a torque as \
             `offset` of the friction"

@@ -70,6 +70,10 @@ pub(super) fn propose(
     draft.add_entry("data", "torque_valid", propose_torque_timing(false));
 
     let survey = survey_of_topic(file, robot, joints, topic)?;
+    if survey.as_ref().is_some_and(|survey| survey.has_turns) {
+        let why = "positions jump by a turn";
+        draft.add_entry(SECTION_NAME, "wraps", Guess::assumed("true".into(), why));
+    }
     let side = match &survey {
         Some(survey_input) if survey_input.may_be_of_joints() => {
             Guess::from_file(quote_text("joint"), "joint states, within the joints' limits")
@@ -131,6 +135,7 @@ fn survey_of_topic<'r>(
                 rate_hz: 1.0,
                 side: Side::Joint,
                 torque_scales: vec![1.0; robot.joints()],
+                wraps: Vec::new(),
                 time: BagTime::Rows,
             };
             let measurement = read_bag(file, &spec)?.into_whole();
@@ -143,7 +148,7 @@ fn survey_of_topic<'r>(
         }
         _ => None,
     };
-    Ok(survey)
+    Ok(survey.map(|raw| raw.in_si(&quote_text("rad"), None).unwrap_or(raw)))
 }
 
 /// Proposes the unit and the sign of the efforts.

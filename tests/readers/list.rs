@@ -230,6 +230,7 @@ fn bag(bytes: &[u8]) {
                     rate_hz: 100.0,
                     side: Side::Joint,
                     torque_scales: vec![1.0; joints],
+                    wraps: Vec::new(),
                     time: BagTime::Header,
                 },
             ));

@@ -97,6 +97,7 @@ fn assert_curves_are_of_the_frames(cell: &Path, recording: &Path) {
         rate_hz: 1e9 / bus.layout.period_ns(),
         side: Side::Joint,
         torque_scales: vec![1.0; 6],
+        wraps: Vec::new(),
         time: BagTime::Rows,
     };
     let curves = read_bag(recording, &spec).unwrap().into_whole().unwrap().signals;

@@ -18,6 +18,7 @@ fn spec(joints: &[&str]) -> BagSpec {
         rate_hz: 100.0,
         side: Side::Joint,
         torque_scales: vec![-1.0; joints.len()],
+        wraps: Vec::new(),
         time: BagTime::Header,
     }
 }
@@ -230,4 +231,35 @@ fn two_publishers_of_the_same_joints_are_reported_and_refused() {
     // One at rest that flickers is none.
     published(&path, |k, _| vec![(0, [1e-5 * f64::from(u8::from(k % 2 == 0)), 1.0], vec![1.0; 2])]);
     assert!(read_bag(&path, &spec(&["a", "b"])).is_ok());
+}
+
+fn largest_step(of: &[f64]) -> f64 {
+    of.windows(2).map(|pair| (pair[1] - pair[0]).abs()).fold(0.0, f64::max)
+}
+
+/// A joint without end is unwrapped before its samples are interpolated.
+#[test]
+fn angles_that_wrap_at_a_turn_are_unwrapped() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("turning.mcap");
+    let mut bag = Bag::create(&path);
+    let angle = |t: f64| 4.0 * t;
+    for k in 0..400_u32 {
+        let t = f64::from(k) / 100.0;
+        let wrapped = angle(t).sin().atan2(angle(t).cos());
+        let state = State {
+            stamp_ns: u64::from(k) * 10_000_000 + u64::from(k % 3) * 1_000_000,
+            joints: &["a"],
+            positions: &[wrapped],
+            efforts: &[1.0],
+        };
+        bag.state("/joint_states", &state);
+    }
+    bag.finish();
+    let [unwrapped, raw] = [vec![true], Vec::new()].map(|wraps| {
+        let record = read_bag(&path, &BagSpec { wraps, ..spec(&["a"]) }).unwrap();
+        record.segments[0].measurement.signals.position_rad[0].clone()
+    });
+    assert!(largest_step(&unwrapped) < 0.08 && largest_step(&raw) > 3.0);
+    assert!((unwrapped.last().unwrap() - angle(3.99)).abs() < 0.1, "{unwrapped:?}");
 }

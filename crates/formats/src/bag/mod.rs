@@ -20,6 +20,7 @@ pub use messages::is_sqlite;
 pub use spec::{BagSpec, BagTime};
 
 use crate::capacity::Capacity;
+use crate::columns::unwrap_turns;
 use crate::measurement::Measurement;
 use crate::missing_values::MissingValues;
 use crate::record::Record;
@@ -71,13 +72,18 @@ pub fn read_bag(path: &Path, spec: &BagSpec) -> Result<Record, BagError> {
     let (name, topic) = choose_topic(path, topics, spec)?;
     let TopicContent {
         times_ns,
-        columns,
+        mut columns,
         complete_messages: complete,
         incomplete_messages: missing,
         first_incomplete: first,
         ..
     } = topic;
-    let positions = &columns[..spec.joints.len()];
+    let positions = &mut columns[..spec.joints.len()];
+    for (position, wraps) in positions.iter_mut().zip(&spec.wraps) {
+        if *wraps {
+            unwrap_turns(position);
+        }
+    }
     if let Some((joint, jumps)) = turns::find_two_publishers(positions) {
         let (file, joint, messages) = (path.into(), spec.joints[joint].clone(), times_ns.len());
         return Err(BagError::TwoPublishers { file, topic: name, joint, jumps, messages });
@@ -244,6 +250,7 @@ mod tests {
             rate_hz: 100.0,
             side: Side::Joint,
             torque_scales: vec![1.0],
+            wraps: Vec::new(),
             time: BagTime::Log,
         };
         let mut topic = TopicContent::default();

@@ -31,6 +31,8 @@ pub struct BagSpec {
     pub side: Side,
     /// Value of an effort of 1 of each joint, including its sign \[N·m or N\].
     pub torque_scales: Vec<f64>,
+    /// True for each joint whose angle wraps at a turn; empty if none does.
+    pub wraps: Vec<bool>,
     /// Clock of the samples.
     pub time: BagTime,
 }
