@@ -1,4 +1,4 @@
-//! Files of other tools that are not read, recognised by their first bytes.
+//! Kinds of files by their first bytes, and files of other tools that are not read.
 
 use std::fs::File;
 use std::io::Read as _;
@@ -6,6 +6,9 @@ use std::path::Path;
 
 /// Number of bytes that are inspected.
 const INSPECTED_BYTES: u64 = 128;
+
+/// First bytes of an SQLite database, whose only use here is a bag.
+pub(crate) const SQLITE_MAGIC: &[u8] = b"SQLite format 3\0";
 
 /// First bytes of files that are not read, each with its name and the remedy.
 const CONTAINERS: [(&[u8], &str, &str); 12] = [
@@ -36,7 +39,7 @@ const CONTAINERS: [(&[u8], &str, &str); 12] = [
     ),
     (b"\x93NUMPY", "a NumPy array", "write it as CSV with numpy.savetxt"),
     (
-        b"SQLite format 3\0",
+        SQLITE_MAGIC,
         "an SQLite database",
         "if it is a ROS 2 bag, describe it as [data.bag] of the cell, or give it as --bag",
     ),
@@ -50,6 +53,12 @@ const CONTAINERS: [(&[u8], &str, &str); 12] = [
     (b"BZh", "compressed by bzip2", "decompress it: `bunzip2 FILE`"),
     (b"7z\xbc\xaf\x27\x1c", "a 7z archive", "extract it, and give the file in it"),
 ];
+
+/// Returns true if a file begins with these bytes.
+pub(crate) fn begins_with(path: &Path, magic: &[u8]) -> bool {
+    let mut begin = vec![0; magic.len()];
+    File::open(path).and_then(|mut file| file.read_exact(&mut begin)).is_ok() && begin == magic
+}
 
 /// Returns what a file is and the remedy, if it is a file of another tool that is not read.
 pub fn foreign_container(path: &Path) -> Option<String> {

@@ -40,10 +40,10 @@ pub fn mean_rate_hz(times_s: &[f64]) -> Option<f64> {
 pub(crate) fn coarse_step_s(times_s: &[f64]) -> Option<f64> {
     let steps = || times_s.windows(2).map(|pair| pair[1] - pair[0]);
     let repeats = steps().filter(|step| *step == 0.0).count();
-    let mut advances: Vec<f64> = steps().filter(|step| *step > 0.0).collect();
     if TimeLimits::DEFAULT.burst_distances * repeats < times_s.len() {
         return None;
     }
+    let mut advances: Vec<f64> = steps().filter(|step| *step > 0.0).collect();
     advances.sort_unstable_by(f64::total_cmp);
     let step_s = *advances.get(advances.len() / 2)?;
     let (_, period_s) = line_through(times_s);
@@ -72,9 +72,13 @@ pub(crate) fn line_through(times_s: &[f64]) -> (f64, f64) {
 pub(crate) fn join_recordings(times_s: &mut [f64], begins: &[usize]) -> Result<usize, usize> {
     let limits = TimeLimits::DEFAULT;
     let falls = (1..times_s.len()).filter(|row| times_s[*row] < times_s[*row - 1]);
-    let mut parts: Vec<usize> = [0].into_iter().chain(falls).chain(begins.to_vec()).collect();
+    let mut parts: Vec<usize> =
+        [0].into_iter().chain(falls).chain(begins.iter().copied()).collect();
     parts.sort_unstable();
     parts.dedup();
+    if parts.len() == 1 {
+        return Ok(0);
+    }
     let ends = parts[1..].iter().copied().chain([times_s.len()]);
     let is_short = |begin: &usize, end: usize| end - begin < limits.recording_rows;
     let short: Vec<bool> =

@@ -2,24 +2,20 @@
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::{BufReader, Read as _};
+use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
 use super::error::BagError;
 use super::mcap::{self, FileEnd, McapFault, McapRecord};
 #[cfg(feature = "sqlite")]
 use super::sqlite::{self, SqliteFault, StoredMessage};
+use crate::container::{SQLITE_MAGIC, begins_with};
 
 pub(super) const JOINT_STATE: &str = "sensor_msgs/msg/JointState";
 
-/// The first bytes of a bag in SQLite.
-const SQLITE_MAGIC: [u8; 16] = *b"SQLite format 3\0";
-
 /// Returns true if a file is an SQLite database, whose only use here is a bag.
 pub fn is_sqlite(path: &Path) -> bool {
-    let mut magic = [0; SQLITE_MAGIC.len()];
-    let read = File::open(path).and_then(|mut file| file.read_exact(&mut magic));
-    read.is_ok() && magic == SQLITE_MAGIC
+    begins_with(path, SQLITE_MAGIC)
 }
 
 /// Returns the files of a bag: one, or those in its folder by their numbers (`drive_0.mcap`,

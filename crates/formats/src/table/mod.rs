@@ -23,13 +23,14 @@ mod uniform_record;
 mod write;
 
 use std::fs::File;
-use std::io::{BufRead, BufReader, Read};
+use std::io::{BufRead, BufReader};
 use std::path::Path;
 
 use flate2::bufread::MultiGzDecoder;
 
 use crate::capacity::Capacity;
 use crate::columns::{Columns, Quantity, unwrap_turns};
+use crate::container::begins_with;
 use crate::measurement::{Measurement, Side};
 use crate::missing_values::{CompleteRows, DisjointColumns, MissingValues};
 use crate::record::Record;
@@ -118,9 +119,7 @@ const PARQUET_MAGIC: [u8; 4] = *b"PAR1";
 
 /// Returns true for a Parquet file, by its first bytes.
 pub fn is_parquet(path: &Path) -> bool {
-    let mut begin = [0; PARQUET_MAGIC.len()];
-    File::open(path).and_then(|mut file| file.read_exact(&mut begin)).is_ok()
-        && begin == PARQUET_MAGIC
+    begins_with(path, &PARQUET_MAGIC)
 }
 
 /// Opens a table of either kind. Its first bytes identify the kind.
