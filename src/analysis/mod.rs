@@ -8,6 +8,7 @@ mod gains;
 pub mod identify;
 mod payload;
 mod predict;
+mod result_lines;
 pub mod screening;
 mod stored_model;
 mod torque_difference;
@@ -20,5 +21,6 @@ pub use excitation::{
 pub use export::{ConsistentError, ConsistentModel, Exported, Format, NO_FRICTION, WriteError};
 pub use gains::{FindGainsError, FoundGain, FoundGains, find_drive_gains};
 pub use payload::{LoadError, find_load};
+pub use result_lines::read_result_line;
 pub use stored_model::{JudgedUse, OTHER_CONFIGURATION, ResultError, StoredModel};
 pub use torque_difference::{JointDifference, TorqueDifferenceError, torque_difference};

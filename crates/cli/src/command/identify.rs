@@ -22,6 +22,7 @@ use crate::notes::print_note;
 use crate::output::{check_outputs, print, write_figure, write_report, write_text};
 use crate::progress::WorkIndicator;
 use crate::required_uses::RequiredUses;
+use crate::stored_result::{StoredResult, store_result};
 use crate::stream::InputFileOrStream;
 use crate::terminal::print_for_terminal;
 use crate::torque_joints::TorqueJoints;
@@ -30,9 +31,10 @@ use didim::analysis::identify::{
     reduce_measurements, rms_deviation,
 };
 use didim::analysis::{DesignedMotion, ExpectedParameter};
+use didim::archive::store::{Recordings, Timestamp};
 use didim::cell::Cell;
-use didim::report;
-use didim::report::html::{Origin, Report, SampleRange};
+use didim::report::html::{InputFile, Origin, Report, SampleRange};
+use didim::report::{self, date_text};
 use didim::text::align_table;
 use didim::window::DriveReadings;
 use didim_formats::{Measurement, RecordingStart};
@@ -59,6 +61,10 @@ pub(crate) struct Arguments {
     /// Write the result, as `--json` prints it, for `predict`, `advise`, `export` and `payload`
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
+    /// Store the result in this folder, as the service stores its results, for `history`, `baseline`
+    /// and `fleet`
+    #[arg(long, value_name = "FOLDER")]
+    state: Option<PathBuf>,
     /// Write a figure of measured against predicted torque (SVG)
     #[arg(long, value_name = "FILE")]
     figure: Option<PathBuf>,
@@ -312,7 +318,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     } else {
         let regrouping = arguments.regrouping;
         print_for_terminal(&text(&cell, reduction.as_ref(), &identification, regrouping))?;
-        show_recordings(&reported)?;
+        show_recordings(&inputs, &reported)?;
         print_for_terminal(&recordings_table(&recordings))?;
         if !predicted.is_empty() {
             print_for_terminal(&report::expectation_text(&predicted))?;
@@ -328,10 +334,39 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     if let Some(path) = report {
         store_report(path, &cell, &inputs, &reported, &identification, &predicted)?;
     }
-    if !arguments.json {
+    let stored = arguments.state.as_deref().map(|folder| {
+        store_in_history(folder, &cell, &inputs, &reported, &identification.estimate)
+    });
+    if let Some(stored) = stored.transpose()?.filter(|_| !arguments.json) {
+        print(&stored.message)?;
+        print_note(&stored.next.to_string());
+    } else if !arguments.json {
         print_note(&arguments.next_command(&inputs));
     }
     arguments.required.check_estimate(&identification.estimate)
+}
+
+/// Stores the result in a folder of results.
+fn store_in_history(
+    folder: &Path,
+    cell: &Cell,
+    inputs: &[InputFileOrStream],
+    reported: &[RecordingEntry],
+    estimate: &Estimate,
+) -> Result<StoredResult, CliError> {
+    let files: Vec<InputFile> =
+        inputs.iter().map(InputFileOrStream::input_file).collect::<Result<_, _>>()?;
+    let ranges = reported.iter().map(|of| (files[of.input].sha256.as_str(), of.range.counted()));
+    let recordings = Recordings {
+        pieces: ranges.collect(),
+        sample_rate_hz: reported[0].range.rate_hz(),
+        recorded: reported.iter().filter_map(|of| of.recording_start).max(),
+        readings: match reported {
+            [one] => one.range.readings().clone(),
+            _ => DriveReadings::default(),
+        },
+    };
+    store_result(folder, cell, estimate, (&files, &recordings))
 }
 
 /// Adds the path of the cell file to an error in the configuration, and the path of the recording
@@ -409,11 +444,16 @@ fn json_text(
 }
 
 /// Prints the start time, the samples that count and the drive readings of each recording.
-fn show_recordings(reported: &[RecordingEntry]) -> Result<(), CliError> {
+fn show_recordings(
+    inputs: &[InputFileOrStream],
+    reported: &[RecordingEntry],
+) -> Result<(), CliError> {
     let mut last = None;
     for piece in reported.iter().take(MAX_COMPARED_RECORDINGS) {
         if last.replace(piece.input) != Some(piece.input) {
-            print(&format!("recorded: {}\n", RecordingStart::display_text(piece.recording_start)))?;
+            let written = Timestamp::of_file(inputs[piece.input].path()).ok();
+            let written = written.filter(|_| !inputs[piece.input].is_stream());
+            print(&format!("recorded: {}\n", date_text(piece.recording_start, written)))?;
         }
         print_for_terminal(&piece.what_counted)?;
         for (name, text) in piece.range.readings().lines() {
