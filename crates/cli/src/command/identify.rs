@@ -328,22 +328,34 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     if let Some(path) = out {
         write_text(path, &json()?)?;
     }
-    if let Some(path) = figure {
-        write_figure(path, &cell, &identification)?;
-    }
-    if let Some(path) = report {
-        store_report(path, &cell, &inputs, &reported, &identification, &predicted)?;
-    }
-    let stored = arguments.state.as_deref().map(|folder| {
-        store_in_history(folder, &cell, &inputs, &reported, &identification.estimate)
-    });
-    if let Some(stored) = stored.transpose()?.filter(|_| !arguments.json) {
-        print(&stored.message)?;
-        print_note(&stored.next.to_string());
-    } else if !arguments.json {
-        print_note(&arguments.next_command(&inputs));
+    let next = write_files(arguments, &cell, &inputs, &reported, (&identification, &predicted))?;
+    if !arguments.json {
+        print_note(&next);
     }
     arguments.required.check_estimate(&identification.estimate)
+}
+
+/// Writes the figure and the report, and stores the result in a history. Returns the line with the
+/// next command.
+fn write_files(
+    arguments: &Arguments,
+    cell: &Cell,
+    inputs: &[InputFileOrStream],
+    reported: &[RecordingEntry],
+    (identification, predicted): (&Identification, &[ExpectedParameter]),
+) -> Result<String, CliError> {
+    if let Some(path) = &arguments.figure {
+        write_figure(path, cell, identification)?;
+    }
+    if let Some(path) = &arguments.report {
+        store_report(path, cell, inputs, reported, identification, predicted)?;
+    }
+    let Some(folder) = &arguments.state else { return Ok(arguments.next_command(inputs)) };
+    let stored = store_in_history(folder, cell, inputs, reported, &identification.estimate)?;
+    if !arguments.json {
+        print(&stored.message)?;
+    }
+    Ok(stored.next.to_string())
 }
 
 /// Stores the result in a folder of results.
