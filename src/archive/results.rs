@@ -1,4 +1,4 @@
-//! The results of one arm in a folder: stored with their configuration, and compared with a baseline.
+//! The results of one arm in a folder: stored with their configuration, compared with a baseline.
 
 use std::collections::VecDeque;
 use std::path::Path;

@@ -156,7 +156,7 @@ pub struct Recordings<'a> {
 impl Recordings<'_> {
     /// Returns the SHA-256 over the hashes of the files and the ranges of counted samples.
     fn sha256(&self) -> String {
-        let text = |(file, of): &(&str, Range<usize>)| format!("{file} {}..{}", of.start, of.end);
+        let text = |(file, counted): &(&str, Range<usize>)| format!("{file} {counted:?}");
         let parts: Vec<String> = self.pieces.iter().map(text).collect();
         let parts: Vec<&str> = parts.iter().map(String::as_str).collect();
         sha256(&parts)
