@@ -96,8 +96,8 @@ impl ResultRecord {
         record
     }
 
-    /// Creates the record of an estimate from recordings. The window of such a record is all counted
-    /// samples together.
+    /// Creates the record of an estimate from recordings. The window of such a record is all
+    /// counted samples together.
     pub fn from_recordings(
         cell: &str,
         configuration: &str,

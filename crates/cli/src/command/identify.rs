@@ -61,8 +61,8 @@ pub(crate) struct Arguments {
     /// Write the result, as `--json` prints it, for `predict`, `advise`, `export` and `payload`
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// Store the result in this folder, as the service stores its results, for `history`, `baseline`
-    /// and `fleet`
+    /// Store the result in this folder, as the service stores its results, for `history`,
+    /// `baseline` and `fleet`
     #[arg(long, value_name = "FOLDER")]
     state: Option<PathBuf>,
     /// Write a figure of measured against predicted torque (SVG)
