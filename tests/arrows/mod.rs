@@ -43,7 +43,7 @@ const ORDER: [(&str, &str); 13] = [
     (
         "src/analysis",
         "export torque_difference excitation gains payload predict result_lines stored_model \
-        bus_log identify screening",
+        recordings choices recording_file counted bus_log identify screening",
     ),
     ("crates/lab/src", "lib report study comparison"),
     (

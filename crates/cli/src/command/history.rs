@@ -6,12 +6,14 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use crate::CliError;
-use crate::input::{Samples, measurement_pairs};
+use crate::input::Samples;
 use crate::output::{check_outputs, print, write_text, write_whole};
 use crate::state::WhichState;
 use crate::stream::InputFileOrStream;
 use crate::terminal::{max_line_width, print_for_terminal, width};
-use didim::analysis::{JointDifference, StoredModel, read_result_line, torque_difference};
+use didim::analysis::{
+    JointDifference, StoredModel, measurement_pairs, read_result_line, torque_difference,
+};
 use didim::archive::drift::{Baseline, DriftOptions, JudgedHistory};
 use didim::archive::store::{HistoryLine, read_history, result_file};
 use didim::report::history::{
