@@ -16,7 +16,7 @@ const CELLS: [&str; 2] = ["tx40-packed-fd", "tx40-cia402"];
 
 fn cell(name: &str) -> Cell {
     let path = format!("{}/../config/cells/{name}.toml", env!("CARGO_MANIFEST_DIR"));
-    Cell::from_library(Library::Shipped, Path::new(&path)).unwrap()
+    Cell::from_library(Library::SHIPPED, Path::new(&path)).unwrap()
 }
 
 /// Frames of the simulated arm during one motion.

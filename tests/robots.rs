@@ -93,7 +93,7 @@ fn limits_that_no_source_gives_are_open() {
     assert_eq!(findings_of("tx40"), (None, 0));
 
     let file = Path::new("config/cells/tx40-packed-fd.toml");
-    let mut cell = Cell::from_library(Library::Shipped, file).unwrap();
+    let mut cell = Cell::from_library(Library::SHIPPED, file).unwrap();
     cell.robot = read(&files()["tx2-60"]).1.robot;
     let findings = check_cell(&cell);
     let finding_found =

@@ -46,7 +46,7 @@ impl CellBus {
     /// Reads the bus and the files that its layout names. `joints` is the joint count of the robot,
     /// if the robot could be read.
     pub(super) fn read(
-        library: Library,
+        library: Library<'_>,
         cell: &Path,
         section: &BusSection,
         joints: Option<usize>,

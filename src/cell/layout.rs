@@ -11,7 +11,7 @@ use super::{CellError, Library};
 /// Reads the files of the layout and compiles it. Also returns their texts, each with its name in
 /// the stored copy.
 pub(super) fn read(
-    library: Library,
+    library: Library<'_>,
     cell: &Path,
     spec: &LayoutSpec,
 ) -> Result<(CompiledLayout, Vec<(String, String)>), CellError> {

@@ -1,5 +1,5 @@
-//! Source of configuration files: the disk, or the copies inside the program. The copies let a
-//! demonstration run without installed files.
+//! Source of configuration files: the disk, or texts in memory, as the copies inside the program. The
+//! copies let a demonstration run without installed files.
 
 use std::path::Path;
 
@@ -23,14 +23,17 @@ pub const SHIPPED_FILES: &[(&str, &str)] = &[
 
 /// A source of configuration files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Library {
+pub enum Library<'a> {
     /// Files on disk.
     Files,
-    /// The copies inside the program.
-    Shipped,
+    /// Texts in memory, each with its path.
+    Texts(&'a [(&'a str, &'a str)]),
 }
 
-impl Library {
+impl Library<'_> {
+    /// The copies inside the program.
+    pub const SHIPPED: Self = Self::Texts(SHIPPED_FILES);
+
     /// Returns the text of a file.
     ///
     /// # Errors
@@ -38,10 +41,10 @@ impl Library {
     pub fn read(self, path: &Path) -> Result<String, CellError> {
         let text = match self {
             Self::Files => read_text(path),
-            Self::Shipped => {
+            Self::Texts(texts) => {
                 let path = normalise(path);
-                let shipped = SHIPPED_FILES.iter().find(|(name, _)| Path::new(name) == path);
-                shipped
+                let named = texts.iter().find(|(name, _)| Path::new(name) == path);
+                named
                     .map(|(_, text)| (*text).to_owned())
                     .ok_or_else(|| std::io::Error::from(std::io::ErrorKind::NotFound).into())
             }
@@ -55,7 +58,7 @@ impl Library {
     /// [`CellError::Read`].
     pub fn read_device_file(self, path: &Path) -> Result<String, CellError> {
         match self {
-            Self::Shipped => self.read(path),
+            Self::Texts(_) => self.read(path),
             Self::Files => read_bytes(path)
                 .map(decode_western)
                 .map_err(|source| CellError::Read { file: path.to_path_buf(), source }),

@@ -233,7 +233,7 @@ impl Cell {
     ///
     /// # Errors
     /// See [`CellError`].
-    pub fn from_library(library: Library, path: &Path) -> Result<Self, CellError> {
+    pub fn from_library(library: Library<'_>, path: &Path) -> Result<Self, CellError> {
         Self::read_all(library, path).map_err(|faults| *faults.first_fault)
     }
 

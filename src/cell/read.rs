@@ -68,12 +68,12 @@ impl Cell {
     ///
     /// # Errors
     /// [`Faults`].
-    pub fn read_all(library: Library, path: &Path) -> Result<Self, Faults> {
+    pub fn read_all(library: Library<'_>, path: &Path) -> Result<Self, Faults> {
         read_all(library, path)
     }
 }
 
-fn read_all(library: Library, path: &Path) -> Result<Cell, Faults> {
+fn read_all(library: Library<'_>, path: &Path) -> Result<Cell, Faults> {
     let text = library.read(path)?;
     let file = parse(path, &text)?;
     let mut problems = FoundFaults { file: path, text: &text, faults: Vec::new() };
@@ -132,7 +132,7 @@ fn parse(path: &Path, text: &str) -> Result<CellFile, Faults> {
 }
 
 fn read_arm(
-    library: Library,
+    library: Library<'_>,
     file: &Path,
     cell: &CellFile,
     found: &mut FoundFaults<'_>,
@@ -175,7 +175,7 @@ fn read_arm(
 }
 
 fn signals(
-    library: Library,
+    library: Library<'_>,
     file: &CellFile,
     arm: Option<&CellArm>,
     found: &mut FoundFaults<'_>,

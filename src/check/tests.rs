@@ -37,7 +37,7 @@ impl Fake {
     /// Returns the findings of the packed cell, changed, as `severity key: what`.
     fn findings(&self, change: impl FnOnce(&mut Cell)) -> Vec<String> {
         let path = Path::new("config/cells/tx40-packed-fd.toml");
-        let mut cell = Cell::from_library(Library::Shipped, path).unwrap();
+        let mut cell = Cell::from_library(Library::SHIPPED, path).unwrap();
         cell.service.state_directory = self.folder.path().join("state");
         cell.service.runtime_directory = self.folder.path().join("run");
         change(&mut cell);
@@ -108,7 +108,7 @@ fn memory_and_disk_have_to_have_room() {
 #[test]
 fn recordings_have_to_fit_the_disk_and_hold_a_window() {
     let path = Path::new("config/cells/tx40-packed-fd.toml");
-    let mut cell = Cell::from_library(Library::Shipped, path).unwrap();
+    let mut cell = Cell::from_library(Library::SHIPPED, path).unwrap();
     let shipped = cell.service.recordings.clone().unwrap();
     let ring = |ring_mb| Some(RecordingOptions { ring_mb, ..shipped.clone() });
     let findings_found = Fake::new().findings(|cell| cell.service.recordings = ring(10_000_000));

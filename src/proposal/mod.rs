@@ -92,6 +92,13 @@ fn propose_drives(draft: &mut Draft<'_>, evidence: &Evidence) {
     draft.add_entry("urdf", "friction", Guess::assumed(laws.to_owned(), why));
 }
 
+/// Returns the usual number of samples per row at a sample rate: ten, or as many as give 25 rows a
+/// second.
+pub fn usual_samples_per_row(rate_hz: f64) -> f64 {
+    let ProposalLimits { rows_hz, samples_per_row, .. } = ProposalLimits::DEFAULT;
+    (rate_hz / rows_hz).round().max(samples_per_row)
+}
+
 fn propose_identification(draft: &mut Draft<'_>) {
     let rate_hz = draft.number("data.rate_hz").or(draft.number("bus.layout.rate_hz"));
     let section = "identification";
@@ -103,11 +110,7 @@ fn propose_identification(draft: &mut Draft<'_>) {
     let why = "the recording chooses the cut-off; enter the printed one before you compare \
         results over time";
     draft.add_entry(section, "position_filter.cutoff_hz", Guess::assumed(quote_text("auto"), why));
-    let factor = rate_hz.map(|rate_hz| {
-        (rate_hz / ProposalLimits::DEFAULT.rows_hz)
-            .round()
-            .max(ProposalLimits::DEFAULT.samples_per_row)
-    });
+    let factor = rate_hz.map(usual_samples_per_row);
     let guess = match factor {
         Some(factor) => Guess::assumed(
             format!("{factor:.0}"),

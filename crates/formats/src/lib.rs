@@ -102,8 +102,8 @@ pub use record::{Piece, Record};
 pub use row_times::{join_times, mean_rate_hz};
 pub use start::RecordingStart;
 pub use table::{
-    RowPlace, Table, TableError, TableNames, is_parquet, list_table, read_csv, read_rows,
-    read_table, write_csv,
+    RowPlace, SignalArrays, Table, TableError, TableNames, is_parquet, list_table, read_csv,
+    read_rows, read_table, write_csv,
 };
 pub use time_limits::TimeLimits;
 pub use uniform::{Resampled, TimesError};

@@ -122,7 +122,7 @@ pub(crate) fn identification() -> Identification {
 }
 
 pub(crate) fn cell() -> Cell {
-    Cell::from_library(Library::Shipped, Path::new("config/cells/tx40-packed-fd.toml")).unwrap()
+    Cell::from_library(Library::SHIPPED, Path::new("config/cells/tx40-packed-fd.toml")).unwrap()
 }
 
 pub(crate) fn origin() -> Origin {

@@ -170,7 +170,7 @@ fn what_noise_leaves_uncertain_is_said_where_a_use_is_refused() {
 #[test]
 fn a_robot_without_nominal_values_has_no_such_column() {
     let (mut cell, identification) = (cell(), identification());
-    let text = Library::Shipped.read(Path::new("config/robots/tx40.toml")).unwrap();
+    let text = Library::SHIPPED.read(Path::new("config/robots/tx40.toml")).unwrap();
     let without = text.split_once("[nominal").unwrap().0;
     cell.robot = didim_dynamics::robot::Robot::from_toml(without).unwrap();
     let origin = origin();

@@ -65,7 +65,7 @@ pub(crate) struct Arguments {
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     check_outputs([&arguments.figure].into_iter().chain(&arguments.report), &[])?;
-    let mut cell = Cell::from_library(Library::Shipped, Path::new(DEMO_CELL))
+    let mut cell = Cell::from_library(Library::SHIPPED, Path::new(DEMO_CELL))
         .map_err(CliError::from_configuration)?;
     cell.method = arguments.method;
     let scenario = scenario(arguments)?;

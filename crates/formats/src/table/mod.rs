@@ -5,6 +5,7 @@
 //! the same with `joint_`. Tables of other programs are read by the names and units of their
 //! [`Columns`]. A file is text, which gzip may have compressed, or Parquet.
 
+mod arrays;
 mod column;
 mod error;
 mod grid;
@@ -45,6 +46,7 @@ use uniform_record::{row_times, to_record};
 
 use error::unit_of_time;
 
+pub use arrays::SignalArrays;
 pub use error::TableError;
 pub use place::RowPlace;
 pub use rows::Table;

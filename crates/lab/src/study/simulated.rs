@@ -91,7 +91,7 @@ mod tests {
     use didim::cell::Library;
 
     fn cell(path: &str) -> Cell {
-        Cell::from_library(Library::Shipped, Path::new(path)).unwrap()
+        Cell::from_library(Library::SHIPPED, Path::new(path)).unwrap()
     }
 
     #[test]
