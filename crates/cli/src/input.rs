@@ -12,8 +12,7 @@ use didim::analysis::{
     CountError, CountedPiece, RecordingError, count_samples, read_recording, recording_source,
 };
 use didim::cell::{Cell, Library, RobotSource, SignalSource, UrdfSection};
-use didim::report::html::SampleRange;
-use didim_formats::{Piece, Record};
+use didim_formats::Record;
 
 /// Reads a robot file, or a URDF with the ends of its arm.
 pub(super) fn read_robot(
@@ -132,18 +131,6 @@ pub(super) fn read_input(
 /// Returns the format of an input file, as [`read_input`] reads it.
 pub(super) fn signal_source(input: &InputFileOrStream, cell: &Cell) -> SignalSource {
     recording_source(input.path(), input.is_stream(), cell)
-}
-
-/// Returns the range of a piece's samples for a report.
-pub(super) fn sample_range(piece: &CountedPiece) -> SampleRange {
-    let Piece { begins_s, measurement, .. } = &piece.piece;
-    SampleRange::Measurement {
-        counted: piece.counted_range.clone(),
-        rate_hz: measurement.signals.sample_rate_hz,
-        begins_s: *begins_s,
-        recorded: piece.recording_start,
-        readings: piece.readings(),
-    }
 }
 
 /// Returns the error of a recording's samples. Limits of the command line are a matter of usage.

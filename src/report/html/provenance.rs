@@ -4,13 +4,14 @@ use std::ops::Range;
 use std::path::Path;
 
 use crate::text::to_hexadecimal;
-use didim_formats::RecordingStart;
+use didim_formats::{Piece, RecordingStart};
 use didim_identification::identification::{Method, Options};
 use maud::{Markup, html};
 use sha2::Sha256;
 
 use super::super::date_text;
 use super::{Report, number_text};
+use crate::analysis::CountedPiece;
 use crate::archive::store::{Timestamp, WindowProvenance};
 use crate::cell::Cell;
 use crate::window::{DriveReadings, Note};
@@ -49,6 +50,18 @@ pub enum SampleRange {
 }
 
 impl SampleRange {
+    /// Returns the range of a piece of a recording.
+    pub fn from_piece(piece: &CountedPiece) -> Self {
+        let Piece { begins_s, measurement, .. } = &piece.piece;
+        Self::Measurement {
+            counted: piece.counted_range.clone(),
+            rate_hz: measurement.signals.sample_rate_hz,
+            begins_s: *begins_s,
+            recorded: piece.recording_start,
+            readings: piece.readings(),
+        }
+    }
+
     /// Returns the range of the counted samples of a measurement, or within a window.
     pub fn counted(&self) -> Range<usize> {
         match self {

@@ -11,7 +11,7 @@ use indicatif::{MultiProgress, ProgressBar};
 use super::sim::read_scenario;
 use crate::CliError;
 use crate::choices::{choices_text, make_choices};
-use crate::input::{Samples, sample_range};
+use crate::input::Samples;
 use crate::names::{DEFAULT_CELL, method_parser};
 use crate::notes::print_note;
 use crate::output::{check_outputs, print, write_text};
@@ -156,7 +156,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         write_text(path, &autocorrelation_figure(&view))?;
     }
     if let Some(path) = &arguments.report {
-        let origin = origin(arguments, source.as_ref(), sample_range(&experiment))?;
+        let origin = origin(arguments, source.as_ref(), SampleRange::from_piece(&experiment))?;
         let scenario = scenario.as_ref().map(|scenario| SimulatedInput {
             name: scenario.name(),
             noise_seed: scenario.simulation().noise.as_ref().map(|noise| noise.seed),
@@ -228,7 +228,7 @@ fn judged_use(usage: Use, comparison: &Comparison, named: &[Method]) -> JudgedUs
 /// Takes the controller from the commands of a recording, if the commands contain a control law and
 /// the cell configures no controller.
 fn use_law_of_commands(cell: &mut Cell, experiment: &CountedPiece, label: &Path) {
-    let range = sample_range(experiment);
+    let range = SampleRange::from_piece(experiment);
     let record = (&experiment.piece.measurement, &experiment.counted_range, range.readings());
     match law_of_commands(cell, Method::Didim, [record]) {
         Ok(Some(law)) => cell.options.controller = Some(law),

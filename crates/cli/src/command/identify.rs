@@ -14,7 +14,7 @@ use serde::Serialize;
 use super::advise::advice_for;
 use crate::CliError;
 use crate::choices::{choices_text, make_choices};
-use crate::input::{Samples, sample_range, signal_source};
+use crate::input::{Samples, signal_source};
 use crate::names::{DEFAULT_CELL, REPORT_FILE, RESULT_FILE, method_parser};
 use crate::next::NextCommand;
 use crate::notes::print_note;
@@ -239,7 +239,7 @@ struct RecordingEntry {
 impl RecordingEntry {
     fn new(input: usize, path: &Path, piece: &CountedPiece) -> Self {
         let name = path.display().to_string() + &piece.recording_begin();
-        let (what_counted, range) = (piece.counted_text(), sample_range(piece));
+        let (what_counted, range) = (piece.counted_text(), SampleRange::from_piece(piece));
         let (recording_start, unused_frames) = (piece.recording_start, piece.unused_frames.clone());
         Self { input, name, what_counted, recording_start, unused_frames, range }
     }

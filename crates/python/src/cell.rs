@@ -1,0 +1,230 @@
+//! The robot and the settings of an identification, and the robot's dynamics on arrays.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use didim::cell::Library;
+use didim_dynamics::dynamics::{Model, Workspace};
+use didim_dynamics::robot::JointIndex;
+use numpy::ndarray::{Array2, Array3};
+use numpy::{PyArray2, PyArray3, PyReadonlyArray1, ToPyArray as _};
+use pyo3::prelude::*;
+
+use crate::errors;
+use crate::rows::{Rows, check_shape, copy_row};
+
+/// Name of the cell file in errors of a cell that has none.
+const CELL_NAME: &str = "cell.toml";
+
+/// A cell: the robot, the layout of its recordings, and the settings of the identification.
+#[pyclass(frozen, module = "didim._native")]
+#[derive(Clone)]
+pub(crate) struct Cell {
+    pub(crate) cell: Arc<didim::cell::Cell>,
+}
+
+impl Cell {
+    fn model(&self) -> &Model {
+        &self.cell.model
+    }
+
+    fn joints(&self) -> usize {
+        self.cell.robot.joints()
+    }
+
+    /// Checks positions, speeds and accelerations. Returns the number of rows.
+    fn check_motion(&self, motion: [(&str, &Rows<'_>); 3]) -> PyResult<usize> {
+        let rows = motion[0].1.as_array().nrows();
+        for (name, array) in motion {
+            check_shape(name, array, (Some(rows), self.joints()))?;
+        }
+        Ok(rows)
+    }
+
+    /// Returns the values of the standard parameters: all of them, or the base parameters.
+    fn standard(&self, parameters: &PyReadonlyArray1<'_, f64>) -> PyResult<Vec<f64>> {
+        let values = parameters.as_array().to_vec();
+        let (standard, base) = (self.model().parameter_names(), self.cell.base.names());
+        if values.len() == standard.len() {
+            return Ok(values);
+        }
+        if values.len() == base.len() {
+            let named = base.iter().map(String::as_str).zip(values);
+            return self.cell.base.to_standard(named).map_err(errors::usage);
+        }
+        Err(errors::usage(format!(
+            "parameters has {} values; give {} standard or {} base parameters",
+            values.len(),
+            standard.len(),
+            base.len()
+        )))
+    }
+}
+
+#[pymethods]
+impl Cell {
+    /// Reads a cell file and every file that it names.
+    #[staticmethod]
+    fn read(path: PathBuf) -> PyResult<Self> {
+        let cell = didim::cell::Cell::read(&path).map_err(errors::configuration)?;
+        Ok(Self { cell: Arc::new(cell) })
+    }
+
+    /// Creates a cell from the sections of a cell file as JSON, and the text of its robot file.
+    #[staticmethod]
+    fn from_json(sections: &str, robot_file: &str, robot: &str) -> PyResult<Self> {
+        let sections: toml::Value = serde_json::from_str(sections).map_err(errors::usage)?;
+        let text = toml::to_string(&sections).map_err(errors::usage)?;
+        let texts = [(CELL_NAME, text.as_str()), (robot_file, robot)];
+        let cell = didim::cell::Cell::from_library(Library::Texts(&texts), CELL_NAME.as_ref());
+        Ok(Self { cell: Arc::new(cell.map_err(errors::configuration)?) })
+    }
+
+    #[getter]
+    fn name(&self) -> &str {
+        &self.cell.name
+    }
+
+    #[getter]
+    fn robot(&self) -> &str {
+        self.cell.robot.name()
+    }
+
+    /// Labels of the joints: the number, with the name of the robot's file.
+    #[getter]
+    fn joint_names(&self) -> Vec<String> {
+        let robot = &self.cell.robot;
+        let name = |joint| robot.joint_name(joint).map(str::to_owned);
+        (0..self.joints())
+            .map(|joint| name(JointIndex::new(joint)).unwrap_or_else(|| (joint + 1).to_string()))
+            .collect()
+    }
+
+    #[getter]
+    fn sample_rate(&self) -> f64 {
+        self.cell.sample_rate_hz()
+    }
+
+    #[getter]
+    fn method(&self) -> &str {
+        self.cell.method.name()
+    }
+
+    #[getter]
+    fn notes(&self) -> Vec<String> {
+        self.cell.robot_notes.clone()
+    }
+
+    #[getter]
+    fn parameter_names(&self) -> Vec<String> {
+        self.model().parameter_names().to_vec()
+    }
+
+    /// Name and expression of each base parameter.
+    fn base_parameters(&self) -> Vec<(String, String)> {
+        let base = &self.cell.base;
+        let expression = |name: &String| (name.clone(), base.expression(name).unwrap_or_default());
+        base.names().iter().map(expression).collect()
+    }
+
+    /// Columns of the standard regressor that are those of the base parameters.
+    fn base_columns(&self) -> Vec<usize> {
+        self.cell.base.columns().to_vec()
+    }
+
+    /// Standard parameters of the robot's file; `None` if it has no bodies.
+    fn nominal_parameters(&self) -> Option<Vec<f64>> {
+        Some(self.cell.robot.nominal()?.standard_parameters().to_vec())
+    }
+
+    /// Base values of standard values.
+    fn to_base(&self, standard: PyReadonlyArray1<'_, f64>) -> PyResult<Vec<f64>> {
+        let values = standard.as_array().to_vec();
+        let wanted = self.model().parameter_names().len();
+        match values.len() == wanted {
+            true => Ok(self.cell.base.to_base(&values)),
+            false => Err(errors::usage(format!(
+                "standard has {} values; the model has {wanted} standard parameters",
+                values.len()
+            ))),
+        }
+    }
+
+    /// Regressor: rows × joints × standard parameters.
+    fn regressor<'py>(
+        &self,
+        python: Python<'py>,
+        q: Rows<'py>,
+        dq: Rows<'py>,
+        ddq: Rows<'py>,
+    ) -> PyResult<Bound<'py, PyArray3<f64>>> {
+        let rows = self.check_motion([("q", &q), ("dq", &dq), ("ddq", &ddq)])?;
+        let (joints, width) = (self.joints(), self.model().parameter_names().len());
+        let motion = [q.as_array(), dq.as_array(), ddq.as_array()];
+        let mut out = vec![0.0; rows * joints * width];
+        python.detach(|| {
+            let mut work = Workspace::new();
+            let mut of_row = [vec![0.0; joints], vec![0.0; joints], vec![0.0; joints]];
+            for (row, out) in out.chunks_exact_mut(joints * width).enumerate() {
+                for (from, to) in motion.iter().zip(&mut of_row) {
+                    copy_row(from, row, to);
+                }
+                let [q, dq, ddq] = &of_row;
+                self.model().regressor(&mut work, q, dq, ddq, out);
+            }
+        });
+        let out = Array3::from_shape_vec((rows, joints, width), out).map_err(errors::usage)?;
+        Ok(out.to_pyarray(python))
+    }
+
+    /// Joint torques: rows × joints.
+    fn inverse_dynamics<'py>(
+        &self,
+        python: Python<'py>,
+        q: Rows<'py>,
+        dq: Rows<'py>,
+        ddq: Rows<'py>,
+        parameters: PyReadonlyArray1<'py, f64>,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let rows = self.check_motion([("q", &q), ("dq", &dq), ("ddq", &ddq)])?;
+        let (joints, standard) = (self.joints(), self.standard(&parameters)?);
+        let motion = [q.as_array(), dq.as_array(), ddq.as_array()];
+        let mut out = vec![0.0; rows * joints];
+        python.detach(|| {
+            let mut work = Workspace::new();
+            let mut of_row = [vec![0.0; joints], vec![0.0; joints], vec![0.0; joints]];
+            for (row, out) in out.chunks_exact_mut(joints).enumerate() {
+                for (from, to) in motion.iter().zip(&mut of_row) {
+                    copy_row(from, row, to);
+                }
+                let [q, dq, ddq] = &of_row;
+                self.model().inverse_dynamics(&mut work, &standard, q, dq, ddq, out);
+            }
+        });
+        let out = Array2::from_shape_vec((rows, joints), out).map_err(errors::usage)?;
+        Ok(out.to_pyarray(python))
+    }
+
+    /// Mass matrix of each posture: rows × joints × joints.
+    fn mass_matrix<'py>(
+        &self,
+        python: Python<'py>,
+        q: Rows<'py>,
+        parameters: PyReadonlyArray1<'py, f64>,
+    ) -> PyResult<Bound<'py, PyArray3<f64>>> {
+        check_shape("q", &q, (None, self.joints()))?;
+        let (joints, standard) = (self.joints(), self.standard(&parameters)?);
+        let positions = q.as_array();
+        let mut out = vec![0.0; positions.nrows() * joints * joints];
+        python.detach(|| {
+            let (mut work, mut posture) = (Workspace::new(), vec![0.0; joints]);
+            for (row, out) in out.chunks_exact_mut(joints * joints).enumerate() {
+                copy_row(&positions, row, &mut posture);
+                self.model().mass_matrix(&mut work, &standard, &posture, out);
+            }
+        });
+        let shape = (positions.nrows(), joints, joints);
+        let out = Array3::from_shape_vec(shape, out).map_err(errors::usage)?;
+        Ok(out.to_pyarray(python))
+    }
+}
