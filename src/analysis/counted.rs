@@ -39,9 +39,9 @@ pub enum CountError {
         end_s: f64,
     },
     /// No sample lies between the limits.
-    #[error("from {from} to {to}: {}", match pieces {
+    #[error("from {from} to {to}: {}", match segments {
         1 => "there is no sample between them".to_owned(),
-        _ => format!("none of {pieces} pieces has enough samples between them"),
+        _ => format!("none of {segments} pieces has enough samples between them"),
     })]
     NoneBetween {
         /// The first limit \[s after the first sample\].
@@ -49,16 +49,16 @@ pub enum CountError {
         /// The last limit \[s after the first sample\].
         to: f64,
         /// Number of pieces.
-        pieces: usize,
+        segments: usize,
     },
     /// Every sample of every piece is margin for the filters.
     #[error(
-        "no sample counts: each of the {pieces} pieces of {samples} samples is margin for the \
+        "no sample counts: each of the {segments} pieces of {samples} samples is margin for the \
         filters; record without losses"
     )]
     ShortPieces {
         /// Number of pieces.
-        pieces: usize,
+        segments: usize,
         /// Number of samples of all pieces.
         samples: usize,
     },
@@ -272,12 +272,12 @@ fn counted_pieces(
         .collect();
     if counted.is_empty() {
         return Err(match (first_s, last_s, parts) {
-            (Some(from), Some(to), pieces) => CountError::NoneBetween { from, to, pieces },
+            (Some(from), Some(to), segments) => CountError::NoneBetween { from, to, segments },
             (_, _, 1) => {
                 let (before, after) = (first.start, samples.saturating_sub(first.end));
                 CountError::Short { samples, before, after }
             }
-            (_, _, pieces) => CountError::ShortPieces { pieces, samples },
+            (_, _, segments) => CountError::ShortPieces { segments, samples },
         });
     }
     Ok(counted)

@@ -1,5 +1,5 @@
-//! Source of configuration files: the disk, or texts in memory, as the copies inside the program. The
-//! copies let a demonstration run without installed files.
+//! Source of configuration files: the disk, or texts in memory, as the copies inside the program.
+//! The copies let a demonstration run without installed files.
 
 use std::path::Path;
 

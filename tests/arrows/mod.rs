@@ -10,7 +10,7 @@ use std::sync::LazyLock;
 
 use modules::Package;
 
-const PACKAGES: [&str; 9] = [
+const PACKAGES: [&str; 10] = [
     "crates/dynamics/src",
     "crates/identification/src",
     "drivers/src",
@@ -20,11 +20,12 @@ const PACKAGES: [&str; 9] = [
     "crates/lab/src",
     "crates/cli/src",
     "crates/publish/src",
+    "crates/python/src",
 ];
 
 /// Folders with what stands in them, files and folders, from the top: each uses only what comes
 /// after it.
-const ORDER: [(&str, &str); 13] = [
+const ORDER: [(&str, &str); 14] = [
     ("crates/dynamics/src", "simulation control dynamics trajectory robot numeric sample"),
     (
         "crates/identification/src",
@@ -57,6 +58,7 @@ const ORDER: [(&str, &str); 13] = [
          manual metrics new note payload predict reload replay robot run study top window \
          convert_frames identify advise design sim status",
     ),
+    ("crates/python/src", "lib result recording cell rows work logging errors"),
     ("crates/publish/src", "main send cabinet link ledger message configuration"),
 ];
 

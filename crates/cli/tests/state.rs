@@ -61,10 +61,10 @@ fn recordings_have_a_history_a_baseline_and_drift_without_a_bus() {
     // Model errors count, as for the results of a service.
     let deviations = results[1]["against"]["standard_deviations"].as_array().unwrap();
     assert_eq!(deviations.len(), results[1]["parameters"].as_array().unwrap().len());
-    let kept = json(&fs::read_to_string(state.join("result-00000001.json")).unwrap());
+    let second = json(&fs::read_to_string(state.join("result-00000001.json")).unwrap());
     let other = json(&fs::read_to_string(state.join("result-00000000.json")).unwrap());
-    assert_ne!(kept["input_sha256"], other["input_sha256"]);
-    assert!(kept["window"]["counted"].as_u64().unwrap() > 1000);
+    assert_ne!(second["input_sha256"], other["input_sha256"]);
+    assert!(second["window"]["counted"].as_u64().unwrap() > 1000);
 }
 
 #[test]

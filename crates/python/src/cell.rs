@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use didim::cell::Library;
+use didim::cell::{Library, RobotSource, UrdfSection};
 use didim_dynamics::dynamics::{Model, Workspace};
 use didim_dynamics::robot::JointIndex;
 use numpy::ndarray::{Array2, Array3};
@@ -78,6 +78,20 @@ impl Cell {
         let texts = [(CELL_NAME, text.as_str()), (robot_file, robot)];
         let cell = didim::cell::Cell::from_library(Library::Texts(&texts), CELL_NAME.as_ref());
         Ok(Self { cell: Arc::new(cell.map_err(errors::configuration)?) })
+    }
+
+    /// Number of joints of the arm in a URDF.
+    #[staticmethod]
+    #[pyo3(signature = (urdf, file, base=None, tip=None))]
+    fn urdf_joints(
+        urdf: &str,
+        file: &str,
+        base: Option<String>,
+        tip: Option<String>,
+    ) -> PyResult<usize> {
+        let ends = UrdfSection { base, tip, ..UrdfSection::default() };
+        let source = RobotSource::read(file.as_ref(), urdf.to_owned(), Some(&ends));
+        Ok(source.map_err(errors::configuration)?.robot.joints())
     }
 
     #[getter]

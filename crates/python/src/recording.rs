@@ -114,13 +114,13 @@ impl Recording {
 
     /// Start of each piece after the first sample \[s\], its positions and its torques.
     #[expect(clippy::type_complexity, reason = "a tuple of arrays, which Python unpacks")]
-    fn pieces<'py>(
+    fn signals<'py>(
         &self,
         python: Python<'py>,
     ) -> Vec<(f64, Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>)> {
         let arrays = |columns: &[Vec<f64>]| from_columns(columns).to_pyarray(python);
-        let pieces = self.record.segments.iter();
-        pieces
+        let segments = self.record.segments.iter();
+        segments
             .map(|piece| {
                 let signals = &piece.measurement.signals;
                 (piece.begins_s, arrays(&signals.position_rad), arrays(&signals.torque_nm))

@@ -150,11 +150,11 @@ fn counted(
 ) -> PyResult<Counted> {
     let (mut parts, mut origins) = Counted::default();
     for recording in recordings {
-        let pieces = recording.counted_pieces(python, cell, from_to)?;
+        let counted = recording.counted_pieces(python, cell, from_to)?;
         origins.extend(
-            pieces.iter().map(|piece| (recording.file.clone(), SampleRange::from_piece(piece))),
+            counted.iter().map(|piece| (recording.file.clone(), SampleRange::from_piece(piece))),
         );
-        parts.extend(pieces);
+        parts.extend(counted);
     }
     match parts.is_empty() {
         true => Err(errors::usage("give at least one recording")),

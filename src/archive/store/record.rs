@@ -104,7 +104,8 @@ impl ResultRecord {
         recordings: &Recordings<'_>,
         estimate: Estimate,
     ) -> Self {
-        let counted: usize = recordings.pieces.iter().map(|(_, counted)| counted.len()).sum();
+        let counted: usize =
+            recordings.counted_files.iter().map(|(_, counted)| counted.len()).sum();
         Self {
             schema: Self::SCHEMA,
             version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -144,7 +145,7 @@ impl ResultRecord {
 #[derive(Clone, Debug, Default)]
 pub struct Recordings<'a> {
     /// The pieces: the SHA-256 of the file, and the range of the counted samples.
-    pub pieces: Vec<(&'a str, Range<usize>)>,
+    pub counted_files: Vec<(&'a str, Range<usize>)>,
     /// Sample rate of the first recording \[Hz\].
     pub sample_rate_hz: f64,
     /// Time at which the last recording began, by its own stamps. `None` if they have no date.
@@ -157,7 +158,7 @@ impl Recordings<'_> {
     /// Returns the SHA-256 over the hashes of the files and the ranges of counted samples.
     fn sha256(&self) -> String {
         let text = |(file, counted): &(&str, Range<usize>)| format!("{file} {counted:?}");
-        let parts: Vec<String> = self.pieces.iter().map(text).collect();
+        let parts: Vec<String> = self.counted_files.iter().map(text).collect();
         let parts: Vec<&str> = parts.iter().map(String::as_str).collect();
         sha256(&parts)
     }

@@ -349,7 +349,7 @@ fn store_in_history(
         inputs.iter().map(InputFileOrStream::input_file).collect::<Result<_, _>>()?;
     let ranges = reported.iter().map(|of| (files[of.input].sha256.as_str(), of.range.counted()));
     let recordings = Recordings {
-        pieces: ranges.collect(),
+        counted_files: ranges.collect(),
         sample_rate_hz: reported[0].range.rate_hz(),
         recorded: reported.iter().filter_map(|of| of.recording_start).max(),
         readings: match reported {

@@ -82,15 +82,15 @@ mod tests {
 
     #[test]
     fn uniform_arrays_stay_as_they_are_and_have_the_date_of_1970() {
-        let given = arrays(rows(0..500).collect());
-        let record = Record::from_arrays(given.clone()).unwrap();
+        let arrays_in = arrays(rows(0..500).collect());
+        let record = Record::from_arrays(arrays_in.clone()).unwrap();
         let [piece] = &record.segments[..] else { panic!("{}", record.segments.len()) };
-        assert_eq!(piece.measurement.signals.position_rad, given.position);
-        assert_eq!(piece.measurement.signals.torque_nm, given.torque);
+        assert_eq!(piece.measurement.signals.position_rad, arrays_in.position);
+        assert_eq!(piece.measurement.signals.torque_nm, arrays_in.torque);
         assert!((piece.measurement.signals.sample_rate_hz - 500.0).abs() < 1e-6);
         assert_eq!(record.recording_start, None);
         let since_1970 = rows(0..500).map(|time| 1_795_331_849.0 + time).collect();
-        let dated = SignalArrays { time_s: since_1970, ..given };
+        let dated = SignalArrays { time_s: since_1970, ..arrays_in };
         let record = Record::from_arrays(dated).unwrap();
         assert_eq!(record.segments.len(), 1);
         assert!(record.resampled.is_nothing(), "{}", record.resampled);

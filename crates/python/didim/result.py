@@ -1,0 +1,366 @@
+"""Identification and its result."""
+
+from __future__ import annotations
+
+import html
+import json
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from os import PathLike, fspath
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _native
+from .cell import Cell, Robot
+from .recording import Recording
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """An identified parameter.
+
+    Attributes:
+        name: Its name, for example ``zz1r`` or ``fc_m6``.
+        unit: SI unit of value and standard deviations.
+        value: The estimate.
+        standard_deviation: Statistical standard deviation, corrected for the colour of the residuals.
+        combined_standard_deviation: Combined standard uncertainty: with the uncertainty of what the cell configures.
+    """
+
+    name: str
+    unit: str
+    value: float
+    standard_deviation: float
+    combined_standard_deviation: float
+
+
+class Parameters(Sequence[Parameter]):
+    """Identified parameters, by position or by name."""
+
+    def __init__(self, parameters: list[Parameter]) -> None:
+        self._all = parameters
+
+    def __len__(self) -> int:
+        return len(self._all)
+
+    def __getitem__(self, key: Any) -> Any:
+        if isinstance(key, str):
+            for parameter in self._all:
+                if parameter.name == key:
+                    return parameter
+            raise KeyError(key)
+        return self._all[key]
+
+    def __iter__(self) -> Iterator[Parameter]:
+        return iter(self._all)
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the parameters."""
+        return [parameter.name for parameter in self._all]
+
+    @property
+    def units(self) -> list[str]:
+        """SI units of the parameters."""
+        return [parameter.unit for parameter in self._all]
+
+    @property
+    def values(self) -> NDArray[np.float64]:
+        """Values in SI units."""
+        return np.array([parameter.value for parameter in self._all])
+
+    @property
+    def standard_deviations(self) -> NDArray[np.float64]:
+        """Statistical standard deviations in SI units."""
+        return np.array([parameter.standard_deviation for parameter in self._all])
+
+    @property
+    def combined_standard_deviations(self) -> NDArray[np.float64]:
+        """Combined standard uncertainties in SI units."""
+        return np.array([parameter.combined_standard_deviation for parameter in self._all])
+
+    def to_frame(self) -> pd.DataFrame:
+        """Returns the parameters as a :class:`pandas.DataFrame` with the names as its index."""
+        import pandas as pd
+
+        columns = {
+            "unit": self.units,
+            "value": self.values,
+            "standard_deviation": self.standard_deviations,
+            "combined_standard_deviation": self.combined_standard_deviations,
+        }
+        return pd.DataFrame(columns, index=pd.Index(self.names, name="parameter"))
+
+    def _rows(self) -> list[list[str]]:
+        head = ["parameter", "value", "unit", "σ statistical", "σ combined"]
+        return [head] + [
+            [of.name, f"{of.value:.6g}", of.unit, f"{of.standard_deviation:.2g}", f"{of.combined_standard_deviation:.2g}"]
+            for of in self._all
+        ]
+
+    def __repr__(self) -> str:
+        rows = self._rows()
+        widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
+        cells = [[cell.ljust(width) for cell, width in zip(row, widths)] for row in rows]
+        return "\n".join("  ".join(row).rstrip() for row in cells)
+
+    def _repr_html_(self) -> str:
+        head, *body = self._rows()
+        heads = "".join(f"<th>{html.escape(cell)}</th>" for cell in head)
+        rows = "".join("<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in row) + "</tr>" for row in body)
+        return f"<table><thead><tr>{heads}</tr></thead><tbody>{rows}</tbody></table>"
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What the judgement of a result found, as data.
+
+    Attributes:
+        code: Its code; ``man didim-findings`` lists them.
+        severity: ``blocking``, ``deciding``, ``explanatory`` or ``informative``.
+        message: The sentence for people.
+        data: Every key of the finding in JSON: subject, figure, limit, unit, the key to set.
+    """
+
+    code: str
+    severity: str
+    message: str
+    data: dict[str, Any]
+
+
+@dataclass(frozen=True)
+class UseVerdict:
+    """Verdict for one use of a result.
+
+    Attributes:
+        usable: True if the result is usable for it; ``None`` if that cannot be decided.
+        figure: The deciding figure.
+        unit: Its unit; ``1`` is a share.
+        limit: Largest permitted figure.
+        reasons: Reasons against the use.
+    """
+
+    usable: bool | None
+    figure: float | None
+    unit: str
+    limit: float | None
+    reasons: list[str]
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """Verdict for each use of a result.
+
+    Attributes:
+        applicable: True if there is no reason against the uses that the cell requires.
+        notes: Notes that do not affect the use.
+    """
+
+    applicable: bool
+    monitoring: UseVerdict
+    prediction: UseVerdict
+    contact_detection: UseVerdict
+    physical_values: UseVerdict
+    rigid_body: UseVerdict
+    notes: list[str]
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """Torques of a recording, and those that a result predicts. Both passed the filters of the cell.
+
+    Attributes:
+        time: Times of the rows [s].
+        measured: Measured torques, rows × joints [N·m or N].
+        predicted: Predicted torques, rows × joints [N·m or N].
+        relative_error: ‖measured − predicted‖ / ‖measured‖ over all joints.
+        expected_error: The relative error that the result expects along this motion; ``None`` if it states none.
+        data: The JSON object of ``didim predict --json``, without the notes.
+    """
+
+    time: NDArray[np.float64]
+    measured: NDArray[np.float64]
+    predicted: NDArray[np.float64]
+    relative_error: float
+    expected_error: float | None
+    data: dict[str, Any]
+
+
+class Result:
+    """An identified robot. Create one by :func:`identify`."""
+
+    def __init__(self, native: _native.Result) -> None:
+        self._native = native
+        #: The JSON object of ``didim identify --json``, without the data of the recordings.
+        self.data: dict[str, Any] = json.loads(native.json())
+
+    def __repr__(self) -> str:
+        error = 100.0 * self.data["relative_error"]
+        return f"<didim.Result: {len(self.parameters)} parameters of {self.data['robot']}, error {error:.2f} %>"
+
+    def _repr_html_(self) -> str:
+        return self.parameters._repr_html_()
+
+    @property
+    def parameters(self) -> Parameters:
+        """The parameters, in the model's order."""
+
+        def number(value: float | None) -> float:
+            return float("nan") if value is None else value
+
+        return Parameters(
+            [
+                Parameter(
+                    of["name"],
+                    of["unit"],
+                    number(of["value"]),
+                    number(of["standard_deviation"]),
+                    number(of["combined_standard_deviation"]),
+                )
+                for of in self.data["parameters"]
+            ]
+        )
+
+    @property
+    def covariance(self) -> NDArray[np.float64] | None:
+        """Statistical covariance of the parameters, in their order and units; ``None`` if the method gives none."""
+        return self._native.covariance()
+
+    @property
+    def relative_error(self) -> float:
+        """‖y − Xθ‖ / ‖y‖ of the recordings, over all joints."""
+        return float(self.data["relative_error"])
+
+    @property
+    def verdict(self) -> Verdict:
+        """The verdict for each use."""
+        verdict = self.data["verdict"]
+
+        def of(name: str) -> UseVerdict:
+            use = verdict["uses"][name]
+            return UseVerdict(use["applicable"], use["figure"], use["unit"], use["limit"], use["reasons"])
+
+        return Verdict(
+            verdict["applicable"],
+            of("monitoring"),
+            of("prediction"),
+            of("contact-detection"),
+            of("physical-values"),
+            of("rigid-body"),
+            verdict.get("notes", []),
+        )
+
+    @property
+    def findings(self) -> list[Finding]:
+        """Every finding: the reasons against any use, and the notes."""
+        return [Finding(of["code"], of["severity"], of["message"], of) for of in self.data["verdict"]["findings"]]
+
+    def predict(
+        self, data: Recording | Sequence[Recording], *, start: float | None = None, end: float | None = None
+    ) -> Prediction:
+        """Predicts the torques of a recording that the result was not identified from. Nothing is fitted.
+
+        Args:
+            data: One recording or several.
+            start: Start of the samples that count [s after the first].
+            end: End of the samples that count [s after the first].
+
+        Raises:
+            DataError: The recording does not fit the robot.
+        """
+        text, time, measured, predicted = self._native.predict(_natives(data), start, end)
+        found = json.loads(text)
+        expected = found["foretold"]
+        expected = None if expected is None else expected["relative_error"]
+        return Prediction(time, measured, predicted, found["relative_error"], expected, found)
+
+    def export(self, format: str, path: str | PathLike[str] | None = None, *, name: str = "arm") -> str:
+        """Returns the model as text, with physically consistent parameters.
+
+        Args:
+            format: ``"urdf"``, ``"mjcf"``, ``"toml"``, ``"json"``, ``"matlab"``, ``"c"`` or ``"rust"``.
+            path: File to write as well.
+            name: Name of the model in the text.
+
+        Raises:
+            UsageError: The format is unknown.
+            IdentificationError: No physically consistent parameters are near, or the robot has no nominal bodies.
+        """
+        text, _ = self._native.export(format, name)
+        if path is not None:
+            with open(path, "w", encoding="utf-8") as file:
+                file.write(text)
+        return text
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Writes the result to a file, which ``didim predict``, ``advise`` and ``export`` read."""
+        self._native.save(fspath(path))
+
+    def report(self, path: str | PathLike[str]) -> None:
+        """Writes a report: one HTML file."""
+        self._native.report(fspath(path))
+
+    def plot(self) -> Any:
+        """Draws measured and fitted torques of each joint with matplotlib. Returns the figure."""
+        import matplotlib.pyplot as plt
+
+        time, measured, predicted = self._native.fit()
+        joints = measured.shape[1]
+        figure, axes = plt.subplots(joints, 1, sharex=True, squeeze=False, figsize=(8.0, 1.6 * joints))
+        for joint, axis in enumerate(axes[:, 0]):
+            axis.plot(time, measured[:, joint], label="measured", linewidth=0.8)
+            axis.plot(time, predicted[:, joint], label="model", linewidth=0.8)
+            axis.set_ylabel(f"joint {joint + 1} [N·m or N]")
+        axes[0, 0].legend(loc="upper right")
+        axes[-1, 0].set_xlabel("time [s]")
+        return figure
+
+
+def _natives(data: Recording | Sequence[Recording]) -> list[_native.Recording]:
+    recordings = [data] if isinstance(data, Recording) else list(data)
+    if not recordings:
+        raise _native.UsageError("give at least one recording")
+    return [recording._native for recording in recordings]
+
+
+def identify(
+    robot: Robot | Cell,
+    data: Recording | Sequence[Recording],
+    method: str | None = None,
+    *,
+    start: float | None = None,
+    end: float | None = None,
+    **identification: Any,
+) -> Result:
+    """Identifies the parameters of a robot from one recording or several of the same arm.
+
+    Args:
+        robot: The robot, or a cell with all settings.
+        data: The recordings, on the joint side unless the robot has gear ratios.
+        method: ``"idim-ls"``, ``"idim-iv"``, ``"clie"``, ``"cloe"`` or ``"didim"``; the cell's if left out.
+        start: Start of the samples that count [s after the first]; earlier ones are margin for the filters.
+        end: End of the samples that count [s after the first].
+        identification: Keys of ``[identification]`` in a cell file, as :meth:`Robot.cell` takes them.
+
+    Raises:
+        DataError: A recording does not fit the robot.
+        IdentificationError: The method refused the data or failed.
+        ConfigurationError: A setting is wrong.
+
+    Example:
+        >>> result = didim.identify(robot, [first, second], position_filter={"cutoff_hz": 10.0})
+        >>> result.parameters["fc1"].value
+    """
+    natives = _natives(data)
+    if isinstance(robot, Robot):
+        cell = robot.cell(natives[0].sample_rate, **identification)
+    elif identification:
+        raise _native.UsageError(f"`{next(iter(identification))}` is a key of the cell; change the cell")
+    else:
+        cell = robot
+    return Result(_native.identify(cell._native, natives, method, start, end))

@@ -1,0 +1,194 @@
+"""Identification from arrays: the values of the simulated arm, and those of the command line."""
+
+from __future__ import annotations
+
+import gc
+import json
+import logging
+import subprocess
+import threading
+import time as clock
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import didim
+from conftest import ROOT, recording, truth
+
+KR300 = ROOT / "tests/data/kr300"
+
+
+@pytest.fixture(scope="module")
+def result(robot: didim.Robot) -> didim.Result:
+    return didim.identify(robot, didim.Recording(*recording(robot, 1)), position_filter={"cutoff_hz": 10.0})
+
+
+def test_parameters_of_the_simulated_arm_lie_within_their_uncertainty(
+    robot: didim.Robot, result: didim.Result
+) -> None:
+    base = robot.to_base(truth(robot))
+    names = [parameter.name for parameter in robot.base_parameters()]
+    assert result.parameters.names == names
+    assert all(unit for unit in result.parameters.units)
+    deviations = (result.parameters.values - base) / result.parameters.combined_standard_deviations
+    assert np.all(np.abs(deviations) < 4.0), dict(zip(names, deviations))
+    assert np.all(result.parameters.standard_deviations <= result.parameters.combined_standard_deviations * 1.001)
+    covariance = result.covariance
+    assert covariance is not None and covariance.shape == (len(names), len(names))
+    assert np.allclose(np.sqrt(np.diag(covariance)), result.parameters.standard_deviations, rtol=1e-9)
+    assert result.parameters["fc1"].unit == "N·m"
+    with pytest.raises(KeyError):
+        result.parameters["nothing"]
+
+
+def test_a_result_predicts_another_recording_as_it_expects(robot: didim.Robot, result: didim.Result) -> None:
+    assert result.verdict.prediction.usable is True, result.verdict.prediction.reasons
+    other = didim.Recording(*recording(robot, 2))
+    prediction = result.predict(other)
+    assert prediction.measured.shape == prediction.predicted.shape == (len(prediction.time), 2)
+    error = np.linalg.norm(prediction.measured - prediction.predicted) / np.linalg.norm(prediction.measured)
+    assert error == pytest.approx(prediction.relative_error, rel=1e-9)
+    assert prediction.expected_error is not None
+    assert 0.5 < prediction.relative_error / prediction.expected_error < 2.0
+
+
+def test_several_recordings_give_one_result(robot: didim.Robot) -> None:
+    recordings = [didim.Recording(*recording(robot, seed)) for seed in (1, 2)]
+    both = didim.identify(robot, recordings, position_filter={"cutoff_hz": 10.0})
+    assert len(both.data["relative_error_per_recording"]) == 2
+    with pytest.raises(didim.UsageError, match="at least one recording"):
+        didim.identify(robot, [])
+
+
+def test_json_is_that_of_the_command_line() -> None:
+    cell = didim.Cell.read(KR300 / "cell.toml")
+    data = didim.read(KR300 / "a.csv", cell)
+    result = didim.identify(cell, data, start=1.8, end=8.2)
+    printed = didim.run("identify", cell=KR300 / "cell.toml", input=KR300 / "a.csv", from_=1.8, to=8.2, json=True)
+    of_program = json.loads(printed)
+    # Byte for byte: each key as the program prints it.
+    for key, value in json.loads(result._native.json()).items():
+        assert json.dumps(value) == json.dumps(of_program[key]), key
+    assert f'"parameters":{json.dumps(result.data["parameters"], separators=(",", ":"), ensure_ascii=False)[:40]}' in printed
+    prediction = result.predict(didim.read(KR300 / "b.csv", cell), start=0.5, end=8.5)
+    assert 0.0 < prediction.relative_error < 0.5
+
+
+def test_saved_results_are_read_by_the_program(result: didim.Result, tmp_path: Path) -> None:
+    saved, report = tmp_path / "result.json", tmp_path / "report.html"
+    result.save(saved)
+    result.report(report)
+    assert report.read_text().startswith("<!DOCTYPE html>")
+    compared = json.loads(didim.run("history", compare=[], json=True, state=tmp_path)) if False else None
+    assert compared is None
+    line = [didim.program._program(), "history", "--compare", str(saved), str(saved), "--json"]
+    done = subprocess.run(line, capture_output=True, text=True)
+    if result.verdict.monitoring.usable:
+        assert done.returncode == 0, done.stderr
+        differences = json.loads(done.stdout)["difference"]["parameters"]
+        assert {of["difference"] for of in differences} == {0.0}
+
+
+def test_a_model_is_exported(result: didim.Result, urdf: Path, tmp_path: Path) -> None:
+    path = tmp_path / "identified.urdf"
+    text = result.export("urdf", path)
+    assert path.read_text() == text and "<robot" in text
+    with pytest.raises(didim.UsageError, match="known: urdf"):
+        result.export("pdf")
+
+
+def test_errors_have_the_class_of_their_cause(robot: didim.Robot, urdf: Path, tmp_path: Path) -> None:
+    time, q, torque = recording(robot, 1)
+    with pytest.raises(didim.UsageError, match=r"torque has the shape \(10000, 1\); give \(10000, 2\)"):
+        didim.Recording(time, q, torque[:, :1])
+    with pytest.raises(didim.DataError, match="torque has a value that is no finite number"):
+        didim.Recording(time, q, np.where(torque > 100.0, np.nan, torque))
+    with pytest.raises(didim.DataError, match="time"):
+        didim.Recording(np.zeros_like(time), q, torque)
+    with pytest.raises(didim.DataError, match="3 joints, the robot 2"):
+        didim.identify(robot, didim.Recording(time, np.c_[q, q[:, :1]], np.c_[torque, torque[:, :1]]))
+    with pytest.raises(didim.ConfigurationError, match="nothing.urdf"):
+        didim.Robot.from_urdf(tmp_path / "nothing.urdf", drive_inertia=True, friction=["viscous"])
+    with pytest.raises(didim.UsageError, match="friction term `dry`"):
+        didim.Robot.from_urdf(urdf, drive_inertia=True, friction=["dry"])
+    with pytest.raises(didim.ConfigurationError, match="position_filter"):
+        didim.identify(robot, didim.Recording(time, q, torque), position_filter={"cutoff": 3.0})
+    with pytest.raises(didim.ConfigurationError, match="controller"):
+        didim.identify(robot, didim.Recording(time, q, torque), "didim", position_filter={"cutoff_hz": 10.0})
+    with pytest.raises(didim.UsageError):
+        didim.identify(robot, didim.Recording(time, q, torque), "least-squares")
+    with pytest.raises(didim.DataError, match="the measurement lasts from 0 to 19.998 s"):
+        didim.identify(robot, didim.Recording(time, q, torque), end=30.0)
+    with pytest.raises(didim.ConfigurationError, match="nothere.toml"):
+        didim.check(tmp_path / "nothere.toml")
+    with pytest.raises(didim.UsageError):
+        didim.run("identify", no_such_option=True)
+
+
+def test_warnings_go_to_the_logger(robot: didim.Robot, caplog: pytest.LogCaptureFixture) -> None:
+    time, q, torque = recording(robot, 1)
+    with caplog.at_level(logging.WARNING, logger="didim"):
+        q[:, 1] = 0.3
+        try:
+            didim.identify(robot, didim.Recording(time, q, torque), position_filter={"cutoff_hz": 10.0})
+        except didim.Error:
+            pass
+    assert any("never moves" in record.message for record in caplog.records), caplog.records
+
+
+def test_other_threads_go_on_while_it_identifies(robot: didim.Robot) -> None:
+    data = didim.Recording(*recording(robot, 1))
+    longest, stop = [0.0], threading.Event()
+
+    def tick() -> None:
+        while not stop.is_set():
+            begin = clock.monotonic()
+            clock.sleep(0.001)
+            longest[0] = max(longest[0], clock.monotonic() - begin)
+
+    ticking = threading.Thread(target=tick)
+    ticking.start()
+    begin = clock.monotonic()
+    results = [didim.identify(robot, data, position_filter={"cutoff_hz": 10.0}) for _ in range(3)]
+    lasted = clock.monotonic() - begin
+    stop.set()
+    ticking.join()
+    assert longest[0] < 0.5 * lasted, (longest, lasted)
+    assert len({result._native.json() for result in results}) == 1, "the same input, the same bytes"
+
+
+def test_two_threads_identify_at_the_same_time(robot: didim.Robot) -> None:
+    texts: dict[int, str] = {}
+
+    def identify(seed: int) -> None:
+        data = didim.Recording(*recording(robot, seed))
+        texts[seed] = didim.identify(robot, data, position_filter={"cutoff_hz": 10.0})._native.json()
+
+    threads = [threading.Thread(target=identify, args=(seed,)) for seed in (1, 2)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert set(texts) == {1, 2} and texts[1] != texts[2]
+
+
+def test_a_thousand_calls_leave_no_memory(robot: didim.Robot) -> None:
+    _, q, dq, ddq = (array for array in __import__("conftest").motion(3, seconds=2.0))
+    values = truth(robot)
+
+    def resident_kib() -> int:
+        gc.collect()
+        status = Path("/proc/self/status").read_text()
+        return int(next(line for line in status.splitlines() if line.startswith("VmRSS")).split()[1])
+
+    def calls(count: int) -> None:
+        for _ in range(count):
+            robot.regressor(q, dq, ddq)
+            robot.inverse_dynamics(q, dq, ddq, values)
+            didim.Recording(np.arange(len(q)) / 500.0, q, dq)
+
+    calls(50)
+    before = resident_kib()
+    calls(1000)
+    assert resident_kib() - before < 8 * 1024, "1,000 calls of 0.3 MB each"
