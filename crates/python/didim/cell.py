@@ -188,14 +188,7 @@ class Robot(_Dynamics):
             ConfigurationError: The file cannot be read, or describes no chain of joints.
             UsageError: A friction term is unknown.
         """
-        terms = friction
-        if not isinstance(friction, Mapping):
-            unknown = [term for term in friction if term not in FRICTION_TERMS]
-            if unknown:
-                raise UsageError(f"friction term `{unknown[0]}` is unknown; known: {', '.join(FRICTION_TERMS)}")
-            terms = {term: term in friction for term in FRICTION_TERMS}
-            terms["sign"] = {"model": "tanh", "width_rad_s": 0.02}
-        urdf: dict[str, Any] = {"drive_inertia": drive_inertia, "friction": dict(terms)}
+        urdf: dict[str, Any] = {"drive_inertia": drive_inertia, "friction": _friction_keys(friction)}
         chosen = {"gear_ratios": gear_ratios, "base": base, "tip": tip, "gravity_m_s2": gravity, "joints": joints}
         urdf.update({key: value for key, value in chosen.items() if value is not None})
         if gear_ratios is None:
@@ -228,7 +221,7 @@ class Robot(_Dynamics):
         sections: dict[str, Any] = {
             "name": "python",
             "robot": self._file_name,
-            "data": {"rate_hz": sample_rate, "torque_valid": "instant", "side": "joint"},
+            "data": {"rate_hz": sample_rate, "torque_valid": "instant"},
             "identification": settings,
         }
         if self._urdf is not None:
@@ -268,6 +261,17 @@ class Cell(_Dynamics):
     def method(self) -> str:
         """Name of the method."""
         return self._native.method
+
+
+def _friction_keys(friction: Sequence[str] | Mapping[str, Any]) -> dict[str, Any]:
+    """Returns the keys of ``[friction]`` in a robot file."""
+    if isinstance(friction, Mapping):
+        return dict(friction)
+    unknown = [term for term in friction if term not in FRICTION_TERMS]
+    if unknown:
+        raise UsageError(f"friction term `{unknown[0]}` is unknown; known: {', '.join(FRICTION_TERMS)}")
+    terms: dict[str, Any] = {term: term in friction for term in FRICTION_TERMS}
+    return {**terms, "sign": {"model": "tanh", "width_rad_s": 0.02}}
 
 
 def _text(path: str | PathLike[str]) -> str:

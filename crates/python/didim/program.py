@@ -65,7 +65,8 @@ def run(command: str, *positional: str | PathLike[str], **options: Any) -> str:
     Example:
         >>> didim.run("baseline set", state="results")
     """
-    line = [_program(), *command.split(), *map(fspath, positional), *_arguments(options)]
+    words = [fspath(word) for word in positional]
+    line = [_program(), *command.split(), *words, *_arguments(options)]
     done = subprocess.run(line, capture_output=True, text=True, encoding="utf-8")
     if done.returncode == 0:
         return done.stdout

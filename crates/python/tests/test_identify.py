@@ -5,7 +5,6 @@ from __future__ import annotations
 import gc
 import json
 import logging
-import subprocess
 import threading
 import time as clock
 from pathlib import Path
@@ -14,7 +13,7 @@ import numpy as np
 import pytest
 
 import didim
-from conftest import ROOT, recording, truth
+from conftest import ROOT, motion, recording, truth
 
 KR300 = ROOT / "tests/data/kr300"
 
@@ -70,7 +69,6 @@ def test_json_is_that_of_the_command_line() -> None:
     # Byte for byte: each key as the program prints it.
     for key, value in json.loads(result._native.json()).items():
         assert json.dumps(value) == json.dumps(of_program[key]), key
-    assert f'"parameters":{json.dumps(result.data["parameters"], separators=(",", ":"), ensure_ascii=False)[:40]}' in printed
     prediction = result.predict(didim.read(KR300 / "b.csv", cell), start=0.5, end=8.5)
     assert 0.0 < prediction.relative_error < 0.5
 
@@ -80,14 +78,9 @@ def test_saved_results_are_read_by_the_program(result: didim.Result, tmp_path: P
     result.save(saved)
     result.report(report)
     assert report.read_text().startswith("<!DOCTYPE html>")
-    compared = json.loads(didim.run("history", compare=[], json=True, state=tmp_path)) if False else None
-    assert compared is None
-    line = [didim.program._program(), "history", "--compare", str(saved), str(saved), "--json"]
-    done = subprocess.run(line, capture_output=True, text=True)
-    if result.verdict.monitoring.usable:
-        assert done.returncode == 0, done.stderr
-        differences = json.loads(done.stdout)["difference"]["parameters"]
-        assert {of["difference"] for of in differences} == {0.0}
+    # The option takes two values, the files.
+    differences = json.loads(didim.run("history --json --compare", saved, saved))["difference"]
+    assert {of["difference"] for of in differences["parameters"]} == {0.0}
 
 
 def test_a_model_is_exported(result: didim.Result, urdf: Path, tmp_path: Path) -> None:
@@ -103,7 +96,7 @@ def test_errors_have_the_class_of_their_cause(robot: didim.Robot, urdf: Path, tm
     with pytest.raises(didim.UsageError, match=r"torque has the shape \(10000, 1\); give \(10000, 2\)"):
         didim.Recording(time, q, torque[:, :1])
     with pytest.raises(didim.DataError, match="torque has a value that is no finite number"):
-        didim.Recording(time, q, np.where(torque > 100.0, np.nan, torque))
+        didim.Recording(time, q, np.where(torque > 0.0, np.nan, torque))
     with pytest.raises(didim.DataError, match="time"):
         didim.Recording(np.zeros_like(time), q, torque)
     with pytest.raises(didim.DataError, match="3 joints, the robot 2"):
@@ -112,7 +105,7 @@ def test_errors_have_the_class_of_their_cause(robot: didim.Robot, urdf: Path, tm
         didim.Robot.from_urdf(tmp_path / "nothing.urdf", drive_inertia=True, friction=["viscous"])
     with pytest.raises(didim.UsageError, match="friction term `dry`"):
         didim.Robot.from_urdf(urdf, drive_inertia=True, friction=["dry"])
-    with pytest.raises(didim.ConfigurationError, match="position_filter"):
+    with pytest.raises(didim.ConfigurationError, match="did you mean `cutoff_hz`"):
         didim.identify(robot, didim.Recording(time, q, torque), position_filter={"cutoff": 3.0})
     with pytest.raises(didim.ConfigurationError, match="controller"):
         didim.identify(robot, didim.Recording(time, q, torque), "didim", position_filter={"cutoff_hz": 10.0})
@@ -174,7 +167,7 @@ def test_two_threads_identify_at_the_same_time(robot: didim.Robot) -> None:
 
 
 def test_a_thousand_calls_leave_no_memory(robot: didim.Robot) -> None:
-    _, q, dq, ddq = (array for array in __import__("conftest").motion(3, seconds=2.0))
+    _, q, dq, ddq = motion(3, seconds=2.0)
     values = truth(robot)
 
     def resident_kib() -> int:
