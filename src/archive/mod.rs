@@ -1,5 +1,6 @@
 //! Results on disk, their drift from the baseline, and the comparison of arms of one type.
 
 pub mod drift;
+pub mod events;
 pub mod fleet;
 pub mod store;

@@ -38,8 +38,8 @@ const ORDER: [(&str, &str); 13] = [
     ("drivers/src", "samples assemble source socket clock units layout ethercat frame"),
     ("src", "proposal check service report analysis cell live archive signals files window text"),
     ("src/service", "metrics reload pipeline supervision status paths"),
-    ("src/live", "worker acquire recording stream latency limits"),
-    ("src/archive", "fleet drift store"),
+    ("src/live", "worker acquire recording stream latency pause limits"),
+    ("src/archive", "events fleet drift store"),
     (
         "src/analysis",
         "export torque_difference excitation gains payload predict stored_model bus_log identify \
