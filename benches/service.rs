@@ -106,6 +106,7 @@ fn bus(cell: &Cell) -> (Box<dyn Sink + Send>, OpenedSource) {
                 source: Box::new(Stamped(source)),
                 pace: Pace::Live,
                 receive_buffer: None,
+                events: None,
             };
             (Box::new(StampingSink(InProcessSink::new(sender))), source)
         }

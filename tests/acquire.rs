@@ -19,8 +19,8 @@ use didim_drivers::assemble::Assembler;
 use didim_drivers::frame::{Frame, FrameId};
 use didim_drivers::layout::{CycleValues, Role};
 use didim_drivers::source::{
-    InProcessSender, InterfaceName, Received, Source, SourceCounters, SourceError, StampClock,
-    WhenFull, in_process_bus,
+    InProcessSender, InterfaceFault, InterfaceFaults, InterfaceName, Received, SocketCanError,
+    Source, SourceCounters, SourceError, StampClock, WhenFull, in_process_bus,
 };
 
 fn options(network: &Network, pace: Pace) -> AcquireOptions {
@@ -304,6 +304,63 @@ fn a_log_that_cannot_be_read_is_not_replayed_past_the_fault() {
     let acquisition = Acquisition::start(&options, faulty(), assembler(), &shared).unwrap();
     assert!(acquisition.run(&AtomicBool::new(false)).is_err());
     assert_eq!(shared.counts().bus, BusState::Down);
+}
+
+/// An interface that is down, and up again without a frame.
+struct UpAgain {
+    calls: u32,
+    names: [InterfaceName; 1],
+}
+
+impl Source for UpAgain {
+    fn receive(&mut self, _: &mut Vec<Frame>, wait: Duration) -> Result<Received, SourceError> {
+        self.calls += 1;
+        std::thread::sleep(wait);
+        match self.calls {
+            1 => Err(SocketCanError::Down { interface: self.names[0] }.into()),
+            _ => Ok(Received::Silence),
+        }
+    }
+
+    fn counters(&self) -> SourceCounters {
+        SourceCounters { frames: 1, link_down: 1, ..SourceCounters::default() }
+    }
+
+    fn interfaces(&self) -> &[InterfaceName] {
+        &self.names
+    }
+
+    fn stamp_clock(&self) -> StampClock {
+        StampClock::Own
+    }
+
+    fn interface_faults(&self) -> InterfaceFaults {
+        InterfaceFaults::new([(self.calls < 20).then_some(InterfaceFault::Down)].into_iter())
+    }
+}
+
+#[test]
+fn an_interface_that_is_up_again_is_silent_and_not_down() {
+    let network = Network::new();
+    let _reader = reader(&network);
+    let shared = SharedAcquisition::default();
+    let options = options(&network, Pace::Live);
+    let source = Box::new(UpAgain { calls: 0, names: [interface()] });
+    let mut acquisition = Acquisition::start(&options, source, assembler(), &shared).unwrap();
+    let now = Instant::now();
+    let mut collector = Collector::new(&options.stream, Some(shared.clone()), None, None, now);
+    let mut reasons_after = |steps: u32| {
+        for _ in 0..steps {
+            acquisition.step().unwrap();
+        }
+        std::thread::sleep(Duration::from_millis(60));
+        acquisition.step().unwrap();
+        let mut reasons = collector.snapshot(Instant::now()).health.reasons;
+        reasons.retain(|reason| !reason.starts_with("not granted"));
+        reasons
+    };
+    assert_eq!(reasons_after(8), [format!("the interface {} is down", interface())]);
+    assert_eq!(reasons_after(20), ["the bus is silent"]);
 }
 
 /// What becomes of the frames of cycle `k` of a CiA 402 bus at 500 Hz.

@@ -161,6 +161,7 @@ fn child_serves() {
         status: socket("status", 0o660),
         control: socket("command", 0o600),
         receive_buffer: None,
+        events: None,
     };
     let report = run(&options, Parts::Both(Box::new(acquisition), estimation)).unwrap();
     assert_eq!(report.end, ServiceEnd::Signal);

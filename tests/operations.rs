@@ -17,7 +17,8 @@ use didim::archive::drift::{
 use didim::archive::store::Timestamp;
 use didim::cell::Cell;
 use didim::live::acquire::{
-    AcquisitionStatus, BusState, FaultCounters, RecentCounts, SampleFlow, SharedAcquisition,
+    AcquisitionStatus, BusState, FaultCounters, InterfaceProblem, RecentCounts, SampleFlow,
+    SharedAcquisition,
 };
 use didim::live::recording::{ArchiveStatus, RecordingState, RecordingStatus};
 use didim::live::stream::StreamOptions;
@@ -262,6 +263,8 @@ fn rejections() -> Vec<Rejection> {
         Rejection::Loss(Loss::QueueDrops { frames: 1 }),
         Rejection::Loss(Loss::StreamOverflow { batches: 1 }),
         Rejection::Loss(Loss::Restarted),
+        Rejection::Loss(Loss::ProcessStopped { stopped_ms: 3_200 }),
+        Rejection::Loss(Loss::MachineSuspended { suspended_ms: 3_200 }),
         Rejection::TooShort { counted: 1, minimum: 2 },
         Rejection::Remainder { counted: 1, minimum: 2 },
         Rejection::Busy,
@@ -277,7 +280,9 @@ fn rejections() -> Vec<Rejection> {
                 | Loss::OutOfOrder { .. }
                 | Loss::QueueDrops { .. }
                 | Loss::StreamOverflow { .. }
-                | Loss::Restarted,
+                | Loss::Restarted
+                | Loss::ProcessStopped { .. }
+                | Loss::MachineSuspended { .. },
             )
             | Rejection::TooShort { .. }
             | Rejection::Remainder { .. }
@@ -350,6 +355,11 @@ fn reasons() -> BTreeSet<String> {
             (acquisition.bus, acquisition.recent) = (state, recent);
             reasons.extend(Health::new(snapshot.acquisition.as_ref(), None).reasons);
         }
+    }
+    for problem in [InterfaceProblem::Down, InterfaceProblem::Missing] {
+        let acquisition = snapshot.acquisition.as_mut().unwrap();
+        acquisition.interfaces_down = [("can0".to_owned(), problem)].into();
+        reasons.extend(Health::new(snapshot.acquisition.as_ref(), None).reasons);
     }
     let estimation = snapshot.estimation.as_mut().unwrap();
     for rejection in rejections() {

@@ -372,6 +372,7 @@ fn live_options(folder: &Path) -> ServiceOptions {
         status: Some(SocketOptions { path: folder.join("status"), mode: 0o660, group: None }),
         control: Some(SocketOptions { path: folder.join("control"), mode: 0o600, group: None }),
         receive_buffer: None,
+        events: None,
     }
 }
 

@@ -26,7 +26,7 @@ fn document() -> Arc<[u8]> {
         &options,
         Some(SharedAcquisition::default()),
         Some(SharedEstimation::default()),
-        Some(ReceiveBuffer { asked_bytes: 8192, granted_bytes: 4096 }),
+        Some(ReceiveBuffer { asked_bytes: 8192, granted_bytes: Some(4096) }),
         Instant::now(),
     );
     serde_json::to_vec(&collector.snapshot(Instant::now())).unwrap().into()

@@ -139,6 +139,34 @@ fn too_little_shared_memory_is_refused_before_anything_is_made() {
     assert!(!network.root.exists());
 }
 
+/// A shared memory of 1 MiB, in which the buffer of the cell has no room.
+#[test]
+#[ignore = "needs a mount of its own: tests/run"]
+fn a_full_shared_memory_is_refused_with_what_is_needed() {
+    const INSIDE: &str = "DIDIM_TEST_INSIDE_A_SMALL_SHARED_MEMORY";
+    if std::env::var_os(INSIDE).is_some() {
+        let network = Network::new();
+        let refused = StreamNode::join(&network.options()).unwrap_err();
+        let StreamError::SharedMemoryFull { needed_bytes, available_bytes, .. } = &refused else {
+            panic!("{refused}");
+        };
+        assert!(available_bytes < needed_bytes && *available_bytes <= 1 << 20, "{refused}");
+        let text = refused.to_string();
+        assert!(text.contains(&needed_bytes.to_string()), "{text}");
+        assert!(text.contains(&available_bytes.to_string()), "{text}");
+        return;
+    }
+    let mount = "mount -t tmpfs -o size=1m tmpfs /dev/shm && exec \"$@\"";
+    let mut command = std::process::Command::new("unshare");
+    command.args(["--map-root-user", "--mount", "sh", "-euc", mount, "sh"]);
+    command.arg(std::env::current_exe().unwrap());
+    let test = "stream::a_full_shared_memory_is_refused_with_what_is_needed";
+    command.args(["--exact", test, "--ignored", "--nocapture"]).env(INSIDE, "1");
+    let ended = command.output().unwrap();
+    let output = String::from_utf8_lossy(&ended.stdout);
+    assert!(ended.status.success() && output.contains("1 passed"), "{ended:#?}");
+}
+
 #[test]
 fn a_cell_has_one_acquisition() {
     let network = Network::new();

@@ -15,7 +15,7 @@ use limits::ClockLimits;
 pub struct ClockPair {
     /// CLOCK_REALTIME \[ns\].
     pub realtime_ns: u64,
-    /// CLOCK_MONOTONIC \[ns\].
+    /// CLOCK_BOOTTIME \[ns\].
     pub monotonic_ns: u64,
     /// Largest possible time between the two readings \[ns\].
     pub uncertainty_ns: u64,
@@ -36,13 +36,13 @@ pub enum ClockChange {
     None,
     /// The offset between the clocks changed a little. The new offset applies at once.
     Drift {
-        /// Change of CLOCK_REALTIME relative to CLOCK_MONOTONIC \[ns\]; positive if it was put
+        /// Change of CLOCK_REALTIME relative to CLOCK_BOOTTIME \[ns\]; positive if it was put
         /// forward.
         by_ns: i64,
     },
     /// CLOCK_REALTIME was set.
     Step {
-        /// Change of CLOCK_REALTIME relative to CLOCK_MONOTONIC \[ns\]; positive if it was put
+        /// Change of CLOCK_REALTIME relative to CLOCK_BOOTTIME \[ns\]; positive if it was put
         /// forward.
         by_ns: i64,
     },
@@ -67,7 +67,7 @@ pub struct ClockCounters {
 
 const LIMITS: ClockLimits = ClockLimits::DEFAULT;
 
-/// Maps CLOCK_REALTIME stamps to CLOCK_MONOTONIC, never backwards.
+/// Maps CLOCK_REALTIME stamps to CLOCK_BOOTTIME, never backwards.
 ///
 /// Read a new pair after each received batch, and pass it to [`Self::handle_pair`] before the batch
 /// is mapped. Every stamp then lies before the pair. After a step, one batch may contain stamps

@@ -9,7 +9,7 @@ use crate::assemble::{Assembler, Losses};
 use crate::clock::{ClockCounters, ClockMap, ClockPair};
 use crate::frame::Frame;
 use crate::socket::clock_pair;
-use crate::source::{Received, Source, SourceCounters, SourceError, StampClock};
+use crate::source::{InterfaceFaults, Received, Source, SourceCounters, SourceError, StampClock};
 
 /// Longest time for which the iterator waits in one call of [`Samples::read`]; a log never makes it
 /// wait.
@@ -46,7 +46,7 @@ pub struct Samples<'a> {
 pub struct Assembled {
     /// The sample.
     pub sample: JointSample,
-    /// Time of the frame that completed the sample \[ns, CLOCK_MONOTONIC\]: its stamp, or the time
+    /// Time of the frame that completed the sample \[ns, CLOCK_BOOTTIME\]: its stamp, or the time
     /// of reading if the source has its own clock. `None` if the cycle ended without a frame.
     pub completed_ns: Option<u64>,
 }
@@ -139,7 +139,7 @@ impl<'a> Samples<'a> {
     }
 
     /// Returns the time at which the source last answered a call of [`Self::read`] without an error
-    /// \[ns, CLOCK_MONOTONIC\].
+    /// \[ns, CLOCK_BOOTTIME\].
     pub fn read_ns(&self) -> u64 {
         self.read_ns
     }
@@ -147,6 +147,16 @@ impl<'a> Samples<'a> {
     /// Returns the counters of the source.
     pub fn counters(&self) -> SourceCounters {
         self.source.counters()
+    }
+
+    /// Returns [`Source::receive_buffer_bytes`].
+    pub fn receive_buffer_bytes(&self) -> Option<u32> {
+        self.source.receive_buffer_bytes()
+    }
+
+    /// Returns the interfaces that deliver no frames at present.
+    pub fn interface_faults(&self) -> InterfaceFaults {
+        self.source.interface_faults()
     }
 
     /// Returns the counters of the assembler.

@@ -1,6 +1,7 @@
 //! Results on disk, their drift from the baseline, and the comparison of arms of one type.
 
 pub mod drift;
+pub mod events;
 pub mod fleet;
 mod results;
 pub mod store;

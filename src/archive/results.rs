@@ -140,7 +140,9 @@ impl Results {
         self.recent_lines.iter().rev().find(equal).map(|line| line.result)
     }
 
-    fn follow_line(&mut self, line: HistoryLine, drift: DriftOptions) {
+    /// Prepares the comparison of the next result: with the drift options of its window, and with
+    /// the present baseline.
+    fn prepare_comparison(&mut self, drift: DriftOptions) {
         if drift != self.drift {
             // The lines in memory are compared again with the same baseline and the new drift
             // options.
@@ -150,6 +152,9 @@ impl Results {
         // The baseline is checked before the line is added. If the baseline is later set to this
         // line, it must be in memory.
         self.poll_baseline();
+    }
+
+    fn follow_line(&mut self, line: HistoryLine) {
         if let Some(tracker) = &mut self.tracker {
             for (parameter, event) in tracker.handle_line(&line) {
                 match event {
@@ -186,12 +191,15 @@ impl Results {
     ) -> Result<Stored, StoreError> {
         // The configuration is written before the result that refers to it.
         let configured = self.store.keep_configuration(&record.configuration, &options.texts);
-        // The report is written after the comparison with the baseline, which it contains.
-        let attachments = Attachments {
-            against: self.model_difference(record),
-            report: None,
-            ..auxiliary.clone()
-        };
+        self.prepare_comparison(options.drift);
+        let against = self.model_difference(record);
+        let mut attachments = Attachments { against, ..auxiliary.clone() };
+        let compared = Attachments { report: None, ..attachments.clone() };
+        // The report contains the comparison with the baseline, and exists before its result.
+        if let Some(report) = &mut attachments.report {
+            let line = self.store.next_line(record, &compared, time);
+            *report = report.replacen(BASELINE_PLACE, &self.comparison(&line, options), 1);
+        }
         let stored = self.store.write(record, &attachments, time)?;
         if !stored.line.time.is_set() {
             tracing::warn!(
@@ -202,21 +210,20 @@ impl Results {
         if let Err(problem) = configured {
             tracing::warn!("{} is stored, but: {problem}", stored.path.display());
         }
-        self.follow_line(stored.line.clone(), options.drift);
-        if let Some(report) = &auxiliary.report {
-            let report = report.replacen(BASELINE_PLACE, &self.comparison(&stored, options), 1);
-            if let Err(problem) = self.store.write_report(stored.number, &report) {
-                tracing::warn!("{} is stored, but: {problem}", stored.path.display());
-            }
-        }
+        self.follow_line(stored.line.clone());
         Ok(stored)
     }
 
-    /// Describes the comparison of a result with the baseline (HTML). Empty without a baseline.
-    fn comparison(&self, stored: &Stored, options: &ResultOptions) -> String {
-        let tracker = self.tracker.as_ref().filter(|of| of.is_after_baseline(&stored.line));
-        let section = tracker.zip(options.baseline_section);
-        section.map(|(tracker, describe)| describe(&tracker.status())).unwrap_or_default()
+    /// Describes the comparison of the next result with the baseline (HTML). Empty without a
+    /// baseline.
+    fn comparison(&self, line: &HistoryLine, options: &ResultOptions) -> String {
+        let tracker = self.tracker.as_ref().filter(|of| of.is_after_baseline(line));
+        let section = tracker.cloned().zip(options.baseline_section);
+        let described = section.map(|(mut tracker, describe)| {
+            tracker.handle_line(line);
+            describe(&tracker.status())
+        });
+        described.unwrap_or_default()
     }
 }
 

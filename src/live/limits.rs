@@ -23,6 +23,15 @@ pub(crate) struct LiveLimits {
     /// Time without a sample after which a bus is silent. Derived: it is many times the waiting
     /// time of a batch.
     pub silent_after: Duration,
+    /// Time by which a thread is late that counts as a pause. Convention: it is shorter than the
+    /// time that a receive buffer holds, and longer than the delays of a busy machine.
+    pub pause: Duration,
+    /// Maximum time of an identification. Convention: many times that of a long window by the
+    /// slowest method on a slow processor, and short of a working day.
+    pub identification: Duration,
+    /// Time after which a thread that identifies and stores is stuck. Convention: longer than a
+    /// slow disk takes for a result.
+    pub stuck: Duration,
 }
 
 impl LiveLimits {
@@ -34,5 +43,8 @@ impl LiveLimits {
         load_deviations: 3.0,
         load_survey_s: 2.0,
         silent_after: Duration::from_secs(1),
+        pause: Duration::from_millis(300),
+        identification: Duration::from_secs(30 * 60),
+        stuck: Duration::from_secs(120),
     };
 }

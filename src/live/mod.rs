@@ -4,6 +4,7 @@
 pub mod acquire;
 pub mod latency;
 mod limits;
+pub mod pause;
 pub mod recording;
 pub mod stream;
 pub mod worker;

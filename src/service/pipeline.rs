@@ -272,7 +272,7 @@ pub struct OpenedSource {
     pub receive_buffer: Option<ReceiveBuffer>,
 }
 
-/// Opens the buses of a cell.
+/// Opens the buses of a cell. The source waits for interfaces that are missing.
 ///
 /// # Errors
 /// [`PipelineError::Source`] and [`PipelineError::Sources`].
@@ -292,10 +292,10 @@ pub fn open_source(cell: &Cell) -> Result<OpenedSource, PipelineError> {
             BusAddress::Ethercat(name) if bus.sources.len() == 1 => {
                 let asked = bus.receive_buffer_bytes;
                 let source =
-                    TapSource::open(*name, &bus.layout, asked).map_err(SourceError::from)?;
+                    TapSource::open(*name, &bus.layout, asked, true).map_err(SourceError::from)?;
                 let receive_buffer = Some(ReceiveBuffer {
                     asked_bytes: asked.into(),
-                    granted_bytes: source.receive_buffer_bytes().into(),
+                    granted_bytes: source.receive_buffer_bytes().map(u64::from),
                 });
                 let source = Box::new(source);
                 return Ok(OpenedSource { source, pace: Pace::Live, receive_buffer });
@@ -317,12 +317,12 @@ pub fn open_source(cell: &Cell) -> Result<OpenedSource, PipelineError> {
         accepts_fd: bus.layout.messages().iter().any(|message| message.format.is_fd),
         ids: Some(bus.layout.messages().iter().map(|message| message.format.id).collect()),
         receive_buffer_bytes: bus.receive_buffer_bytes,
+        waits_for_interfaces: true,
     };
     let source = SocketCanSource::open(&interfaces, &options).map_err(SourceError::from)?;
-    let granted = source.links().map(|link| u64::from(link.receive_buffer_bytes)).min();
-    let receive_buffer = granted.map(|granted_bytes| ReceiveBuffer {
+    let receive_buffer = Some(ReceiveBuffer {
         asked_bytes: u64::from(bus.receive_buffer_bytes),
-        granted_bytes,
+        granted_bytes: source.receive_buffer_bytes().map(u64::from),
     });
     Ok(OpenedSource { source: Box::new(source), pace: Pace::Live, receive_buffer })
 }

@@ -1,6 +1,7 @@
 //! Notes on a window. They state influences on a result that the bus does not report.
 
 use super::note_limits::NoteLimits;
+use crate::text::is_hidden;
 use core::ops::RangeInclusive;
 
 use serde::{Deserialize, Serialize};
@@ -42,9 +43,10 @@ pub enum NoteError {
         /// Allowed range.
         range: RangeInclusive<f64>,
     },
-    /// The text is empty, too long, or contains control characters.
+    /// The text is empty, too long, or contains control or format characters.
     #[error(
-        "the text of a note has 1 to {} characters in one line",
+        "the text of a note has 1 to {} characters in one line, without control and format \
+         characters",
         NoteLimits::DEFAULT.text_length
     )]
     Text,
@@ -71,7 +73,7 @@ impl Note {
             let length = text.chars().count();
             if text.trim().is_empty()
                 || length > NoteLimits::DEFAULT.text_length
-                || text.chars().any(char::is_control)
+                || text.chars().any(is_hidden)
             {
                 return Err(NoteError::Text);
             }
@@ -138,6 +140,10 @@ mod tests {
         }
         for bad in ["", "  ", "two\nlines", "\u{1b}[2J", &"x".repeat(101)] {
             assert_eq!(text(bad).validated(), Err(NoteError::Text), "{bad:?}");
+        }
+        for hidden in ['\u{202e}', '\u{200b}', '\u{2066}', '\u{feff}', '\u{2028}'] {
+            let bad = format!("gripper{hidden}changed");
+            assert_eq!(text(&bad).validated(), Err(NoteError::Text), "{bad:?}");
         }
     }
 }

@@ -39,8 +39,8 @@ const ORDER: [(&str, &str); 14] = [
     ("drivers/src", "samples assemble source socket clock units layout ethercat frame"),
     ("src", "proposal check service report analysis cell live archive signals files window text"),
     ("src/service", "metrics reload pipeline supervision status paths"),
-    ("src/live", "worker acquire recording stream latency limits"),
-    ("src/archive", "results fleet drift store"),
+    ("src/live", "worker acquire recording stream latency pause limits"),
+    ("src/archive", "results events fleet drift store"),
     (
         "src/analysis",
         "export torque_difference excitation gains payload predict result_lines stored_model \

@@ -22,6 +22,7 @@ mod export;
 mod free_memory;
 mod known_torques;
 mod load;
+mod machine;
 mod metrics;
 mod new;
 mod next;

@@ -181,7 +181,7 @@ fn ask(address: SocketAddr, request: &str) -> String {
 }
 
 fn get(address: SocketAddr, path: &str) -> String {
-    ask(address, &format!("GET {path} HTTP/1.1\r\nHost: x\r\n\r\n"))
+    ask(address, &format!("GET {path} HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n"))
 }
 
 #[test]
@@ -193,7 +193,8 @@ fn only_the_metrics_are_reported() {
     assert!(answer.ends_with("\r\n\r\ndidim_up 1\n"), "{answer}");
     assert!(get(address, "/").starts_with("HTTP/1.1 404"));
     assert!(get(address, "/metrics/../etc/passwd").starts_with("HTTP/1.1 404"));
-    let post = ask(address, "POST /metrics HTTP/1.1\r\nHost: x\r\nContent-Length: 3\r\n\r\nabc");
+    let post =
+        ask(address, "POST /metrics HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: 3\r\n\r\nabc");
     assert!(post.starts_with("HTTP/1.1 405") && post.contains("allow: GET"), "{post}");
     assert!(ask(address, "nonsense\r\n\r\n").starts_with("HTTP/1.1 400"));
     let long = format!("GET /metrics HTTP/1.1\r\nX: {}\r\n\r\n", "x".repeat(100_000));
@@ -206,22 +207,39 @@ fn only_the_metrics_are_reported() {
 
 #[test]
 fn slow_clients_lose_their_place() {
-    let limits = Limits { clients: 2, time: Duration::from_millis(500) };
+    let limits = Limits { clients: 2, time: Duration::from_secs(10) };
     let address = server(limits);
     let start = Instant::now();
     let mut slow: Vec<TcpStream> = (0..2).map(|_| TcpStream::connect(address).unwrap()).collect();
     slow.iter_mut().for_each(|client| client.write_all(b"GET /metr").unwrap());
     std::thread::sleep(Duration::from_millis(100));
-    // No place: sent away without an answer.
-    assert_eq!(get(address, "/metrics"), "");
+    // The oldest one gives its place up, at once.
+    assert!(get(address, "/metrics").contains("200 OK"));
     let mut answer = String::new();
     slow[0].set_read_timeout(Some(Duration::from_secs(30))).unwrap();
     let _ = slow[0].read_to_string(&mut answer);
+    assert!(!answer.contains("200 OK"), "{answer}");
+    assert!(start.elapsed() < limits.time, "{:?}", start.elapsed());
+    // The other one until its time is over.
+    slow[1].set_read_timeout(Some(Duration::from_secs(60))).unwrap();
+    let _ = slow[1].read_to_string(&mut answer);
     assert!(start.elapsed() >= limits.time && !answer.contains("200 OK"), "{answer}");
-    let deadline = Instant::now() + Duration::from_secs(30);
-    while !get(address, "/metrics").contains("200 OK") {
-        assert!(Instant::now() < deadline, "their places are not given to others");
-        std::thread::sleep(Duration::from_millis(50));
+}
+
+fn status_by_host(address: SocketAddr, host: &str) -> String {
+    let answer = ask(address, &format!("GET /metrics HTTP/1.1\r\nHost: {host}\r\n\r\n"));
+    answer.split(' ').nth(1).unwrap_or_default().to_owned()
+}
+
+#[test]
+fn a_local_server_answers_to_no_other_name() {
+    let address = server(Limits::default());
+    for own in ["127.0.0.1:9752", "localhost", "LOCALHOST:9752", "[::1]:9752", "10.0.0.7"] {
+        assert_eq!(status_by_host(address, own), "200", "{own}");
+    }
+    for other in ["attacker.example", "localhost.attacker.example:9752", "127.0.0.1.example", "a b"]
+    {
+        assert_eq!(status_by_host(address, other), "421", "{other}");
     }
 }
 

@@ -68,11 +68,56 @@ pub trait Source: Send {
     /// Returns the clock of the stamps.
     fn stamp_clock(&self) -> StampClock;
 
+    /// Returns the smallest receive buffer of the open interfaces, as the kernel counts it \[bytes\].
+    /// `None` if no interface is open, and for a source without sockets.
+    fn receive_buffer_bytes(&self) -> Option<u32> {
+        None
+    }
+
+    /// Returns the interfaces that deliver no frames at present. A log has none.
+    fn interface_faults(&self) -> InterfaceFaults {
+        InterfaceFaults::default()
+    }
+
     /// Returns the offset from stamps of the source's own clock to nanoseconds after
     /// 1970-01-01T00:00:00Z, or 0 if the source does not know it. The stamps of a recording are
     /// those of a clock that is never set.
     fn since_1970_ns(&self) -> i64 {
         0
+    }
+}
+
+/// Fault of an interface at present.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum InterfaceFault {
+    /// The interface is down.
+    Down,
+    /// There is no interface of this name.
+    Missing,
+}
+
+/// Interfaces of a source that deliver no frames at present.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct InterfaceFaults([Option<InterfaceFault>; MAX_INTERFACES]);
+
+impl InterfaceFaults {
+    /// Creates the set from the faults of the interfaces, in their order.
+    pub fn new(faults: impl Iterator<Item = Option<InterfaceFault>>) -> Self {
+        let mut all = Self::default();
+        for (place, fault) in all.0.iter_mut().zip(faults) {
+            *place = fault;
+        }
+        all
+    }
+
+    /// Returns the fault of the interface with this index.
+    pub fn get(&self, index: usize) -> Option<InterfaceFault> {
+        self.0.get(index).copied().flatten()
+    }
+
+    /// Returns true if every interface is present and up.
+    pub fn is_empty(&self) -> bool {
+        self.0.iter().all(Option::is_none)
     }
 }
 

@@ -96,7 +96,10 @@ impl Store {
         })
         .map_err(io_error("clean up the folder", folder))?;
         let indices = store.result_numbers()?;
-        store.next_number = indices.last().map_or(0, |last| last.saturating_add(1));
+        // A number is not used again after its result was removed, because the history has it.
+        let next = indices.last().map_or(0, |last| last.saturating_add(1));
+        store.next_number = next.max(store.history.next_result());
+        store.remove_orphaned_reports()?;
         store.complete_history(&indices, &mut recent)?;
         Ok((store, recent))
     }
@@ -113,11 +116,21 @@ impl Store {
         self.configurations.store_texts(sha256, texts)
     }
 
-    /// Writes a result and its history line. The line is saved as pending before the result is
-    /// written, so that a killed process loses neither. Then writes the report, renews the copy and
-    /// removes the oldest results beyond the number to keep. A failure of these steps is only
-    /// logged, because the result is stored already. If the line cannot be appended, the next call
-    /// and the next start try again.
+    /// Returns the history line that [`Self::write`] will store.
+    pub fn next_line(
+        &self,
+        record: &ResultRecord,
+        auxiliary: &Attachments,
+        now: Timestamp,
+    ) -> HistoryLine {
+        HistoryLine::new(self.next_number, record, auxiliary, now)
+    }
+
+    /// Writes a result with its report and its history line. The report is written first, and the
+    /// line is saved as pending before the result is written, so that a killed process loses
+    /// neither. Then renews the copy and removes the oldest results beyond the number to keep. A
+    /// failure of these steps or of the report is only logged, because the result is stored. If the
+    /// line cannot be appended, the next call and the next start try again.
     ///
     /// # Errors
     /// [`StoreError`]; the previous content is unchanged.
@@ -131,7 +144,9 @@ impl Store {
         json.push(b'\n');
         let number = self.next_number;
         let path = self.folder.join(name(number));
-        let line = HistoryLine::new(number, record, auxiliary, now);
+        let line = self.next_line(record, auxiliary, now);
+        let report =
+            auxiliary.report.as_ref().map_or(Ok(()), |report| self.write_report(number, report));
         self.pending_lines.add(line.clone());
         let written = self.pending_lines.write().and_then(|()| write(&path, &json));
         if let Err(error) = written {
@@ -140,8 +155,6 @@ impl Store {
         }
         self.next_number = self.next_number.saturating_add(1);
         let remembered = self.settle();
-        let report =
-            auxiliary.report.as_ref().map_or(Ok(()), |report| self.write_report(number, report));
         let copied = write(&self.folder.join(LATEST_FILE), &json);
         let pruned = self.prune(&record.configuration);
         for problem in [remembered, report, copied, pruned].into_iter().filter_map(Result::err) {
@@ -151,11 +164,19 @@ impl Store {
     }
 
     /// Writes the report of a result (HTML).
-    ///
-    /// # Errors
-    /// [`StoreError::Io`].
-    pub fn write_report(&self, number: u64, report: &str) -> Result<(), StoreError> {
+    fn write_report(&self, number: u64, report: &str) -> Result<(), StoreError> {
         write(&self.folder.join(report_name(number)), report.as_bytes())
+    }
+
+    /// Removes reports of results that a killed process did not write any more.
+    fn remove_orphaned_reports(&self) -> Result<(), StoreError> {
+        let report = self.folder.join(report_name(self.next_number));
+        match fs::remove_file(&report) {
+            Err(cause) if cause.kind() != io::ErrorKind::NotFound => {
+                Err(io_error("remove", &report)(cause))
+            }
+            _ => Ok(()),
+        }
     }
 
     /// Completes the history after a previous process stored a result without its history line,

@@ -2,7 +2,7 @@
 
 use didim_drivers::assemble::Losses;
 use didim_drivers::clock::ClockCounters;
-use didim_drivers::source::SourceCounters;
+use didim_drivers::source::{InterfaceFaults, SourceCounters};
 use didim_dynamics::Readings;
 use serde::{Deserialize, Serialize};
 
@@ -75,6 +75,10 @@ pub struct AcquisitionCounts {
     pub source_failures: u64,
     /// Counters of the mapping of CLOCK_REALTIME stamps.
     pub clock: ClockCounters,
+    /// Interfaces that deliver no frames at present.
+    pub interface_faults: InterfaceFaults,
+    /// Smallest receive buffer of the open interfaces \[bytes\].
+    pub receive_buffer_bytes: Option<u32>,
     /// Latest additional readings of the drives.
     pub readings: Readings,
     /// Start of the time that a frame latency measures.

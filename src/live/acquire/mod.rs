@@ -16,4 +16,6 @@ pub use counts::{AcquisitionCounts, BusState, FrameTime};
 pub use real_time::{Grant, RealTimeGrants, RealTimeOptions};
 pub use recent::{RecentCounts, RecentWatch, SampleFlow};
 pub use run::{AcquireEnd, AcquireError, AcquireOptions, Acquisition};
-pub use state::{AcquisitionStatus, FrameLatency, ReceiveBuffer, SharedAcquisition};
+pub use state::{
+    AcquisitionStatus, FrameLatency, InterfaceProblem, ReceiveBuffer, SharedAcquisition,
+};

@@ -66,7 +66,7 @@ pub struct Acquisition {
     samples: Samples<'static>,
     writer: SampleWriter,
     /// Times of the frames that completed the samples read together, one per sample \[ns,
-    /// CLOCK_MONOTONIC\]. The vector is empty between two steps. It is reused to avoid allocations.
+    /// CLOCK_BOOTTIME\]. The vector is empty between two steps. It is reused to avoid allocations.
     completed_ns: Vec<u64>,
     pace: Pace,
     silence_after: Duration,
@@ -89,6 +89,7 @@ impl Acquisition {
     ) -> Result<Self, AcquireError> {
         let writer = StreamNode::join(&options.stream)?.sample_writer(options.pace)?;
         shared.set_grants(options.real_time.apply());
+        shared.set_interfaces(source.interfaces());
         let frame_time = match source.stamp_clock() {
             StampClock::Realtime => FrameTime::Stamp,
             StampClock::Own => FrameTime::Read,
@@ -165,8 +166,8 @@ impl Acquisition {
                 self.write_samples(now)?;
             }
             Ok(Received::Silence) => {
-                if now - self.last_frame >= self.silence_after && self.counts.bus == BusState::Ok {
-                    self.counts.bus = BusState::Silent;
+                if now - self.last_frame >= self.silence_after {
+                    self.counts.bus = self.state_in_silence();
                 }
                 self.write_samples(now)?;
             }
@@ -182,6 +183,21 @@ impl Acquisition {
         self.writer.send_if_due(now)?;
         self.publish_if_due(now);
         Ok(None)
+    }
+
+    /// Returns the state of a bus that has been silent for long.
+    fn state_in_silence(&self) -> BusState {
+        match self.counts.bus {
+            BusState::Ok => BusState::Silent,
+            // The interface is up again.
+            BusState::Down if self.samples.interface_faults().is_empty() => {
+                match self.samples.counters().frames {
+                    0 => BusState::Waiting,
+                    _ => BusState::Silent,
+                }
+            }
+            state => state,
+        }
     }
 
     fn publish_if_due(&mut self, now: Instant) {
@@ -237,6 +253,8 @@ impl Acquisition {
 
     fn count(&mut self) {
         self.counts.source = self.samples.counters();
+        self.counts.interface_faults = self.samples.interface_faults();
+        self.counts.receive_buffer_bytes = self.samples.receive_buffer_bytes();
         if self.counts.source.stamped_late > 0 {
             self.counts.frame_time = FrameTime::Read;
         }

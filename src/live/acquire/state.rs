@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError, TryLockError};
 
+use didim_drivers::source::{InterfaceFault, InterfaceName};
 use serde::{Deserialize, Serialize};
 
 use super::counters::FaultCounters;
@@ -23,6 +24,25 @@ pub struct FrameLatency {
     pub times: LatencySummary,
 }
 
+/// Fault of an interface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum InterfaceProblem {
+    /// The interface is down.
+    Down,
+    /// There is no interface of this name.
+    Missing,
+}
+
+impl From<InterfaceFault> for InterfaceProblem {
+    fn from(fault: InterfaceFault) -> Self {
+        match fault {
+            InterfaceFault::Down => Self::Down,
+            InterfaceFault::Missing => Self::Missing,
+        }
+    }
+}
+
 /// Shared counts of the bus thread. The thread writes them periodically, and skips an update while
 /// they are being read.
 #[derive(Clone, Debug, Default)]
@@ -34,6 +54,7 @@ struct Shared {
     frame_to_buffer: Latencies,
     grants: OnceLock<RealTimeGrants>,
     recording: OnceLock<SharedRecording>,
+    interfaces: OnceLock<Vec<InterfaceName>>,
 }
 
 impl SharedAcquisition {
@@ -60,6 +81,22 @@ impl SharedAcquisition {
     pub(super) fn set_grants(&self, grants: RealTimeGrants) {
         // If the thread is started a second time, the first value stays.
         let _ = self.0.grants.set(grants);
+    }
+
+    pub(super) fn set_interfaces(&self, interfaces: &[InterfaceName]) {
+        let _ = self.0.interfaces.set(interfaces.to_vec());
+    }
+
+    /// Returns [`AcquisitionStatus::interfaces_down`].
+    pub fn interfaces_down(
+        &self,
+        counts: &AcquisitionCounts,
+    ) -> BTreeMap<String, InterfaceProblem> {
+        let names = self.0.interfaces.get().into_iter().flatten().enumerate();
+        let faults = names.filter_map(|(index, name)| {
+            Some((name.to_string(), counts.interface_faults.get(index)?.into()))
+        });
+        faults.collect()
     }
 
     /// Returns the status of the recorder. `None` if nothing is recorded.
@@ -92,6 +129,9 @@ impl SharedAcquisition {
 pub struct AcquisitionStatus {
     /// State of the bus.
     pub bus: BusState,
+    /// Interfaces that deliver no frames at present, with their fault.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub interfaces_down: BTreeMap<String, InterfaceProblem>,
     /// Number of received frames, including error frames.
     pub frames: u64,
     /// Frames per second over the last status period.
@@ -136,8 +176,9 @@ pub struct AcquisitionStatus {
 pub struct ReceiveBuffer {
     /// Size requested by the cell \[bytes\].
     pub asked_bytes: u64,
-    /// Granted size at the interface with the smallest one \[bytes\].
-    pub granted_bytes: u64,
+    /// Size granted at the start, at the interface with the smallest one \[bytes\]. `None` while no
+    /// interface is open.
+    pub granted_bytes: Option<u64>,
 }
 
 impl AcquisitionStatus {

@@ -1,5 +1,6 @@
 //! The thread that keeps recordings of results, faults and captures.
 
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{SyncSender, TrySendError, sync_channel};
@@ -48,6 +49,15 @@ pub struct ArchiverThread {
     is_ending: Arc<AtomicBool>,
 }
 
+/// Runs the body of the thread until it returns. After a panic, the requests that waited are
+/// counted as failed, and the body runs again.
+fn run_guarded(shared: &SharedArchive, mut body: impl FnMut()) {
+    while catch_unwind(AssertUnwindSafe(&mut body)).is_err() {
+        lock(&shared.0).waiting = 0;
+        shared.count_failure("the recordings that waited", &"the archiver panicked: see the log");
+    }
+}
+
 impl Archiver {
     /// Starts the thread.
     ///
@@ -69,9 +79,10 @@ impl Archiver {
             disk_space,
         };
         let thread_ending = Arc::clone(&ending);
-        let thread = std::thread::Builder::new()
-            .name("archiver".into())
-            .spawn(move || archive.run(&received, &thread_ending))?;
+        let shared_by_thread = shared.clone();
+        let thread = std::thread::Builder::new().name("archiver".into()).spawn(move || {
+            run_guarded(&shared_by_thread, || archive.run(&received, &thread_ending));
+        })?;
         let fault_every = Duration::from_secs_f64(options.recordings.fault_every_s);
         let last_fault = Arc::default();
         Ok((

@@ -23,14 +23,19 @@ pub struct Recorder {
     shared: SharedRecording,
 }
 
-/// Runs the body of the thread. If it panics, nothing more is recorded and no thread waits for it,
-/// so the status has to report the panic.
-fn run_guarded(shared: &SharedRecording, body: impl FnOnce()) {
-    if catch_unwind(AssertUnwindSafe(body)).is_err() {
+/// Pause after a panic of the recorder.
+const RESTART_PAUSE: Duration = Duration::from_secs(1);
+
+/// Runs the body of the thread until it returns. After a panic, the status reports it, and the body
+/// runs again: no thread waits for the recorder, so nobody else would start it again.
+fn run_guarded(shared: &SharedRecording, pause: Duration, mut body: impl FnMut()) {
+    while catch_unwind(AssertUnwindSafe(&mut body)).is_err() {
         let mut status = shared.update();
         status.state = RecordingState::Failed;
-        status.why =
-            Some("the recorder ended by itself: see the log, and restart the service".into());
+        status.write_errors += 1;
+        status.why = Some("the recorder panicked, and starts again: report its message".into());
+        drop(status);
+        std::thread::sleep(pause);
     }
 }
 
@@ -44,7 +49,7 @@ impl Recorder {
         interfaces: &[InterfaceName],
         clock: StampClock,
     ) -> std::io::Result<(Self, FrameTap)> {
-        let (tap, frames, unrecorded) = frame_queue();
+        let (tap, mut frames, unrecorded) = frame_queue();
         let shared = SharedRecording { unrecorded, ..SharedRecording::default() };
         shared.update().ring_limit_bytes = options.ring_bytes;
         let now = clock_pair();
@@ -56,10 +61,14 @@ impl Recorder {
             interfaces: interfaces.to_vec(),
             ..McapInfo::default()
         };
-        let mut writer = RingWriter::new(options, info, clock, shared.clone(), Instant::now());
         let watched = shared.clone();
-        let body = move || run_guarded(&watched, || writer.run(frames));
-        let thread = std::thread::Builder::new().name("recorder".into()).spawn(body)?;
+        let thread = std::thread::Builder::new().name("recorder".into()).spawn(move || {
+            run_guarded(&watched, RESTART_PAUSE, || {
+                let (options, info) = (options.clone(), info.clone());
+                let shared = watched.clone();
+                RingWriter::new(options, info, clock, shared, Instant::now()).run(&mut frames);
+            });
+        })?;
         Ok((Self { thread, shared }, tap))
     }
 
@@ -86,11 +95,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_panic_is_reported() {
+    fn a_recorder_that_panics_is_reported_and_starts_again() {
         let shared = SharedRecording::default();
-        run_guarded(&shared, || panic!("on purpose"));
+        let mut runs = 0;
+        run_guarded(&shared, Duration::ZERO, || {
+            runs += 1;
+            assert!(runs > 2, "on purpose");
+        });
+        assert_eq!(runs, 3);
         let status = shared.snapshot();
-        assert_eq!(status.state, RecordingState::Failed);
-        assert!(status.why.unwrap().contains("restart the service"));
+        assert_eq!((status.state, status.write_errors), (RecordingState::Failed, 2));
+        assert!(status.why.unwrap().contains("starts again"));
     }
 }

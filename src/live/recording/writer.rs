@@ -118,9 +118,9 @@ impl RingWriter {
         }
     }
 
-    pub(super) fn run(&mut self, mut frames: Consumer<RecordedFrame>) {
+    pub(super) fn run(&mut self, frames: &mut Consumer<RecordedFrame>) {
         self.start();
-        while !self.run_step(&mut frames, Instant::now()) {
+        while !self.run_step(frames, Instant::now()) {
             std::thread::sleep(EMPTYING_INTERVAL);
         }
     }

@@ -22,7 +22,7 @@ pub struct StreamSample {
     /// acquisition. If it differs from that of the previous sample, frames were lost between the
     /// two.
     pub queue_drops: u64,
-    /// Earliest time at which the sample was written to the buffer \[ns, CLOCK_MONOTONIC\]. If
+    /// Earliest time at which the sample was written to the buffer \[ns, CLOCK_BOOTTIME\]. If
     /// frames were read together, it is the time after that read.
     pub written_ns: u64,
     /// [`JointSample::motor_position_rad`] \[rad\].
@@ -114,7 +114,7 @@ pub struct SampleBatch {
     /// Number of batches that were sent before this one in the session. A gap shows that batches
     /// were lost in the buffer.
     pub number: u64,
-    /// Time of sending \[ns, CLOCK_MONOTONIC\].
+    /// Time of sending \[ns, CLOCK_BOOTTIME\].
     pub sent_ns: u64,
     /// Nominal sample rate \[Hz\].
     pub sample_rate_hz: f64,

@@ -3,7 +3,7 @@
 use core::time::Duration;
 use std::time::Instant;
 
-use iceoryx2::port::listener::Listener;
+use iceoryx2::port::listener::{Listener, ListenerWaitError};
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::prelude::ipc;
@@ -117,7 +117,7 @@ impl Batch {
         self.sample.payload().kind()
     }
 
-    /// Returns the time of sending \[ns, CLOCK_MONOTONIC\].
+    /// Returns the time of sending \[ns, CLOCK_BOOTTIME\].
     pub fn sent_ns(&self) -> u64 {
         self.sample.payload().sent_ns
     }
@@ -163,10 +163,12 @@ impl SampleReader {
     /// # Errors
     /// [`StreamError::Transport`].
     pub fn wait_for_batch(&mut self, timeout: Duration) -> Result<(), StreamError> {
-        let announced = self
-            .listener
-            .timed_wait(|_| {}, timeout)
-            .map_err(|cause| StreamError::transport("waiting", "samples", cause))?;
+        let announced = match self.listener.timed_wait(|_| {}, timeout) {
+            Ok(announced) => announced,
+            // A stopped process that continues, a debugger, or a signal.
+            Err(ListenerWaitError::InterruptSignal) => 0,
+            Err(cause) => return Err(StreamError::transport("waiting", "samples", cause)),
+        };
         if announced == 0 && self.last_cleaned.elapsed() >= options::DEAD_NODE_DEADLINE {
             self.node.clean_up_dead();
             self.last_cleaned = Instant::now();

@@ -106,7 +106,7 @@ impl SampleWriter {
 
     /// Appends a sample, and sends the batch when it is full. `queue_drops` is the number of
     /// dropped frames at this sample, `now` is the time of the call, and `written_ns` is the
-    /// writing time for the reader \[ns, CLOCK_MONOTONIC\].
+    /// writing time for the reader \[ns, CLOCK_BOOTTIME\].
     ///
     /// # Errors
     /// [`StreamError::Transport`].

@@ -14,6 +14,7 @@ use super::unstored::{FinishedResult, UnstoredResults};
 use super::window::{RejectedWindow, Rejection};
 use crate::archive::Results;
 use crate::archive::store::{Attachments, FoundLoad, ResultRecord, Timestamp};
+use crate::live::limits::LiveLimits;
 use crate::live::recording::{Archiver, RecordedWindow};
 use crate::live::stream::{DocumentWriter, StreamNode, Topic};
 use crate::window::Window;
@@ -77,6 +78,8 @@ impl Identification {
                     shared,
                     archiver,
                     unstored,
+                    limit: LiveLimits::DEFAULT.identification,
+                    is_stuck: false,
                 };
                 job.run(&windows);
                 Ok(())
@@ -170,12 +173,50 @@ struct IdentificationThread {
     shared: SharedEstimation,
     archiver: Option<Archiver>,
     unstored: UnstoredResults,
+    /// Maximum time of an identification.
+    limit: Duration,
+    /// True if an identification took longer. It cannot be ended, and holds the identifier, so only
+    /// a new start helps.
+    is_stuck: bool,
+}
+
+/// End of a wait without an outcome.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum WaitEnd {
+    /// The outcome is not wanted any more.
+    Abandoned,
+    /// The time is over.
+    TooLong,
+    /// The sender is gone.
+    Disconnected,
+}
+
+/// Waits for an outcome for at most `limit`, as long as it is wanted.
+fn wait_for_outcome<T>(
+    outcome: &Receiver<T>,
+    limit: Duration,
+    is_wanted: impl Fn() -> bool,
+) -> Result<T, WaitEnd> {
+    let since = Instant::now();
+    loop {
+        match outcome.recv_timeout(REQUEST_POLL_INTERVAL) {
+            Ok(outcome) => return Ok(outcome),
+            Err(RecvTimeoutError::Disconnected) => return Err(WaitEnd::Disconnected),
+            Err(RecvTimeoutError::Timeout) if !is_wanted() => return Err(WaitEnd::Abandoned),
+            Err(RecvTimeoutError::Timeout) if since.elapsed() >= limit => {
+                return Err(WaitEnd::TooLong);
+            }
+            Err(RecvTimeoutError::Timeout) => {}
+        }
+    }
 }
 
 impl IdentificationThread {
     fn run(&mut self, windows: &Receiver<QueuedWindow>) {
         self.poll_baseline();
-        loop {
+        // A stuck identification holds the identifier of the next windows.
+        while !self.is_stuck {
+            self.shared.count_identification();
             let QueuedWindow { window, identifier } = match windows.recv_timeout(WELCOME_INTERVAL) {
                 Ok(queued) => queued,
                 Err(RecvTimeoutError::Disconnected) => return self.finish(),
@@ -213,6 +254,7 @@ impl IdentificationThread {
             }
             self.shared.settle(window.number);
         }
+        self.finish();
     }
 
     /// Checks whether the baseline was set or cleared since the last check.
@@ -227,7 +269,7 @@ impl IdentificationThread {
     /// Identifies a window on a separate thread. At a stop, that thread is not waited for. The
     /// current thread must continue, because it has ports to close.
     fn identify(
-        &self,
+        &mut self,
         window: &Arc<Window>,
         identifier: &Identifier,
     ) -> Result<IdentifiedWindow, Rejection> {
@@ -241,18 +283,23 @@ impl IdentificationThread {
                 let _ = done.send(computes.identify(&computed));
             })
             .map_err(|cause| refused(WorkerError::Thread(cause).to_string()))?;
-        loop {
-            match outcome.recv_timeout(REQUEST_POLL_INTERVAL) {
-                Ok(identified) => return identified.map_err(|why| refused(why.to_string())),
-                Err(RecvTimeoutError::Timeout) if self.shared.is_wanted(window.number) => {}
-                Err(RecvTimeoutError::Timeout) => return Err(Rejection::Stopped),
-                // The computation panicked. This thread panics as well, and the worker ends with an
-                // error.
-                Err(RecvTimeoutError::Disconnected) => match thread.join() {
-                    Err(panic) => std::panic::resume_unwind(panic),
-                    Ok(()) => return Err(Rejection::Stopped),
-                },
+        let is_wanted = || self.shared.is_wanted_now(window.number);
+        match wait_for_outcome(&outcome, self.limit, is_wanted) {
+            Ok(identified) => identified.map_err(|why| refused(why.to_string())),
+            Err(WaitEnd::Abandoned) => Err(Rejection::Stopped),
+            Err(WaitEnd::TooLong) => {
+                self.is_stuck = true;
+                let limit = self.limit.as_secs_f64();
+                let why = format!("the identification took longer than {limit} s");
+                tracing::error!(window = window.number, "{why}; the service starts again");
+                Err(refused(why))
             }
+            // The computation panicked. This thread panics as well, and the worker ends with an
+            // error.
+            Err(WaitEnd::Disconnected) => match thread.join() {
+                Err(panic) => std::panic::resume_unwind(panic),
+                Ok(()) => Err(Rejection::Stopped),
+            },
         }
     }
 
@@ -387,6 +434,20 @@ impl IdentificationThread {
 mod tests {
     use super::*;
     use crate::window::WindowEnd;
+
+    #[test]
+    fn an_identification_has_a_time_limit() {
+        let (done, outcome) = sync_channel(1);
+        let limit = Duration::from_millis(50);
+        let since = Instant::now();
+        assert_eq!(wait_for_outcome(&outcome, limit, || true), Err(WaitEnd::TooLong));
+        assert!(since.elapsed() >= limit);
+        assert_eq!(wait_for_outcome(&outcome, limit, || false), Err(WaitEnd::Abandoned));
+        done.send(7).unwrap();
+        assert_eq!(wait_for_outcome(&outcome, limit, || false), Ok(7));
+        drop(done);
+        assert_eq!(wait_for_outcome(&outcome, limit, || true), Err(WaitEnd::Disconnected));
+    }
 
     #[test]
     fn a_stop_waits_for_results_that_are_not_stored_and_counts_those_that_stay_so() {

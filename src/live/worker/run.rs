@@ -17,6 +17,8 @@ use super::state::{SharedEstimation, WindowState};
 use super::time_of_day::TimeOfDay;
 use super::window::{Loss, Rejection, WindowEvent};
 use super::windower::{CommandError, Windower};
+use crate::live::limits::LiveLimits;
+use crate::live::pause::{Pause, PauseWatch};
 use crate::live::recording::{Archiver, ArchiverThread};
 use crate::live::stream::{Batch, BatchKind, SampleReader, StreamNode, StreamSample};
 
@@ -51,6 +53,9 @@ pub struct Worker {
     last_sample: Option<StreamSample>,
     archiver: Option<(Archiver, ArchiverThread)>,
     silence: SilenceWatch,
+    pause_watch: PauseWatch,
+    /// Last pause, and its end.
+    last_pause: Option<(Pause, Instant)>,
 }
 
 impl Worker {
@@ -93,6 +98,8 @@ impl Worker {
             last_sample: None,
             archiver,
             silence: SilenceWatch::default(),
+            pause_watch: PauseWatch::new(LONGEST_SLEEP),
+            last_pause: None,
         };
         let folder = options.folder.clone();
         Ok((worker, Commands::new(submit, shared.clone(), handle, folder)))
@@ -113,7 +120,12 @@ impl Worker {
                 return Err(WorkerError::IdentificationEnded);
             }
             self.shared.count_iteration();
+            // A replay may wait for an identification, which is not a pause.
+            self.pause_watch.restart();
             self.reader.wait_for_batch(LONGEST_SLEEP)?;
+            if let Some(pause) = self.pause_watch.check() {
+                self.last_pause = Some((pause, Instant::now()));
+            }
             self.answer_requests(stop)?;
             if self.silence.is_new(Instant::now()) {
                 self.keep_fault("silence");
@@ -299,7 +311,13 @@ impl Worker {
                 // The caller checks for a stop.
                 self.identification.submit(window, identifier, when_busy, stop).map(drop)
             }
-            Some(WindowEvent::Rejected(rejected)) => {
+            Some(WindowEvent::Rejected(mut rejected)) => {
+                if let (Rejection::Loss(loss), Some((pause, end))) =
+                    (&mut rejected.rejection, &self.last_pause)
+                    && end.elapsed() < LiveLimits::DEFAULT.recent_period
+                {
+                    *loss = loss.explained_by(pause);
+                }
                 if matches!(rejected.rejection, Rejection::Loss(_)) {
                     self.keep_fault(rejected.rejection.cause());
                 }

@@ -3,8 +3,9 @@
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
+use didim_drivers::socket::monotonic_ns;
 use didim_identification::identification::{Estimate, Use};
 use serde::{Deserialize, Serialize};
 
@@ -15,6 +16,7 @@ use crate::archive::Results;
 use crate::archive::drift::DriftStatus;
 use crate::archive::store::{FoundLoad, ParameterValue};
 use crate::live::latency::{Latencies, LatencySummary};
+use crate::live::limits::LiveLimits;
 use crate::live::recording::{ArchiveStatus, SharedArchive};
 use crate::live::stream::Batch;
 use crate::window::{DriveReadings, Note, Window};
@@ -209,6 +211,8 @@ struct Shared {
     pending: Mutex<Vec<PendingWindow>>,
     log_rate: Mutex<LogRate>,
     iterations: AtomicU64,
+    /// Time of the last sign of life of the identification \[ns\], or 0 before the first one.
+    identification_ns: AtomicU64,
     buffer_to_worker: Latencies,
     batch_to_worker: Latencies,
     archive: OnceLock<SharedArchive>,
@@ -259,6 +263,19 @@ impl SharedEstimation {
         self.update().samples
     }
 
+    /// Records a sign of life of the thread that identifies and stores.
+    pub(crate) fn count_identification(&self) {
+        self.0.identification_ns.store(monotonic_ns(), Ordering::Relaxed);
+    }
+
+    /// Returns true if the thread that identifies and stores has given no sign of life for too long
+    /// before `now_ns`: a computation or a disk hangs.
+    pub(crate) fn is_identification_stuck(&self, now_ns: u64) -> bool {
+        let last_ns = self.0.identification_ns.load(Ordering::Relaxed);
+        let since = Duration::from_nanos(now_ns.saturating_sub(last_ns));
+        last_ns > 0 && since > LiveLimits::DEFAULT.stuck
+    }
+
     pub(super) fn set_archive(&self, archive: SharedArchive) {
         let _ = self.0.archive.set(archive);
     }
@@ -267,7 +284,7 @@ impl SharedEstimation {
         self.0.iterations.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// Records that a batch was taken at `taken_ns` \[ns, CLOCK_MONOTONIC\].
+    /// Records that a batch was taken at `taken_ns` \[ns, CLOCK_BOOTTIME\].
     pub(super) fn record_taken(&self, batch: &Batch, taken_ns: u64) {
         self.0.batch_to_worker.count_time(taken_ns.saturating_sub(batch.sent_ns()));
         for sample in batch.samples() {
@@ -288,6 +305,12 @@ impl SharedEstimation {
     /// Returns true if a window is still pending, so that its result is needed.
     pub(super) fn is_wanted(&self, number: u64) -> bool {
         lock(&self.0.pending).iter().any(|pending| pending.given_up.number == number)
+    }
+
+    /// Returns the same for a thread that waits for the result, which is a sign of its life.
+    pub(super) fn is_wanted_now(&self, number: u64) -> bool {
+        self.count_identification();
+        self.is_wanted(number)
     }
 
     /// Marks a window before its result is stored, so that it can no longer be abandoned. Returns

@@ -1,9 +1,11 @@
 //! A window of samples, or the reason why it was rejected.
 
 use core::fmt;
+use core::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
+use crate::live::pause::{Pause, PauseCause};
 use crate::window::Window;
 
 /// A loss between two samples.
@@ -36,6 +38,16 @@ pub enum Loss {
     },
     /// The acquisition was restarted.
     Restarted,
+    /// The process was stopped, and frames or samples were lost meanwhile.
+    ProcessStopped {
+        /// Length of the stop \[ms\].
+        stopped_ms: u64,
+    },
+    /// The machine was suspended, and received no frames meanwhile.
+    MachineSuspended {
+        /// Length of the suspension \[ms\].
+        suspended_ms: u64,
+    },
 }
 
 impl Loss {
@@ -46,6 +58,27 @@ impl Loss {
         }
         let missing = sequence - after - 1;
         (missing > 0).then_some(Self::SampleGap { after, missing })
+    }
+
+    /// Returns the loss with a pause just before it as its cause, if the pause explains the loss.
+    #[must_use]
+    pub(super) fn explained_by(self, pause: &Pause) -> Self {
+        let length_ms = u64::try_from(pause.duration.as_millis()).unwrap_or(u64::MAX);
+        match (self, pause.cause) {
+            (Self::OutOfOrder { .. } | Self::Restarted, _) | (_, PauseCause::NoProcessor) => self,
+            (_, PauseCause::ProcessStopped) => Self::ProcessStopped { stopped_ms: length_ms },
+            (_, PauseCause::MachineSuspended) => Self::MachineSuspended { suspended_ms: length_ms },
+        }
+    }
+
+    /// Returns the pause that caused the loss.
+    fn pause(self) -> Option<Pause> {
+        let (cause, length_ms) = match self {
+            Self::ProcessStopped { stopped_ms } => (PauseCause::ProcessStopped, stopped_ms),
+            Self::MachineSuspended { suspended_ms } => (PauseCause::MachineSuspended, suspended_ms),
+            _ => return None,
+        };
+        Some(Pause { cause, duration: Duration::from_millis(length_ms) })
     }
 }
 
@@ -95,6 +128,8 @@ impl Rejection {
             Self::Loss(Loss::QueueDrops { .. }) => "queue-drops",
             Self::Loss(Loss::StreamOverflow { .. }) => "stream-overflow",
             Self::Loss(Loss::Restarted) => "restarted",
+            Self::Loss(Loss::ProcessStopped { .. }) => "process-stopped",
+            Self::Loss(Loss::MachineSuspended { .. }) => "machine-suspended",
             Self::TooShort { .. } => "too-short",
             Self::Remainder { .. } => "remainder",
             Self::Busy => "busy",
@@ -121,6 +156,9 @@ impl fmt::Display for Rejection {
                 write!(f, "{batches} batches were overwritten before the worker read them")
             }
             Self::Loss(Loss::Restarted) => write!(f, "the acquisition was restarted"),
+            Self::Loss(loss @ (Loss::ProcessStopped { .. } | Loss::MachineSuspended { .. })) => {
+                loss.pause().iter().try_for_each(|pause| write!(f, "{pause}"))
+            }
             Self::TooShort { counted, minimum } => {
                 write!(f, "{counted} samples count, {minimum} are needed")
             }
@@ -169,4 +207,24 @@ pub enum WindowEvent {
     Closed(Window),
     /// A window was rejected.
     Rejected(RejectedWindow),
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pause_explains_the_loss_after_it() {
+        let pause = |cause| Pause { cause, duration: Duration::from_millis(3_200) };
+        let stopped = pause(PauseCause::ProcessStopped);
+        for loss in [Loss::QueueDrops { frames: 9 }, Loss::SampleGap { after: 1, missing: 2 }] {
+            let explained = Rejection::Loss(loss.explained_by(&stopped));
+            assert_eq!(explained.cause(), "process-stopped");
+            assert_eq!(explained.to_string(), "the process was stopped for 3.2 s");
+            let suspended = loss.explained_by(&pause(PauseCause::MachineSuspended));
+            assert_eq!(Rejection::Loss(suspended).cause(), "machine-suspended");
+            assert_eq!(loss.explained_by(&pause(PauseCause::NoProcessor)), loss);
+        }
+        assert_eq!(Loss::Restarted.explained_by(&stopped), Loss::Restarted);
+    }
 }

@@ -57,6 +57,15 @@ fn add_service(text: &mut MetricsText, snapshot: &Snapshot) {
         ),
     ];
     write(text, Gauge, &gauges);
+    let mut family = text.family("didim_events_total", Counter, "Events, by kind.");
+    for (kind, events) in &snapshot.process.events {
+        family.add_labelled(&[("event", kind)], count_value(events.count));
+    }
+    let help = "How long states that have ended lasted, by kind of event.";
+    let mut family = text.family("didim_event_seconds_total", Counter, help);
+    for (kind, events) in &snapshot.process.events {
+        family.add_labelled(&[("event", kind)], count_value(events.lasted_ms) * 1e-3);
+    }
 }
 
 fn add_acquisition(text: &mut MetricsText, status: &AcquisitionStatus) {

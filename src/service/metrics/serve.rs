@@ -1,20 +1,23 @@
 //! A small HTTP server for `GET /metrics`.
 
 use core::convert::Infallible;
-use core::net::SocketAddr;
+use core::net::{IpAddr, SocketAddr};
 use core::time::Duration;
+use std::collections::VecDeque;
 use std::io;
 use std::sync::Arc;
 
 use http_body_util::Full;
 use hyper::body::{Bytes, Incoming};
-use hyper::header::{ALLOW, CONTENT_TYPE};
+use hyper::header::{ALLOW, CONTENT_TYPE, HOST, HeaderMap};
+use hyper::http::uri::Authority;
 use hyper::server::conn::http1;
 use hyper::service::service_fn;
 use hyper::{Method, Request, Response, StatusCode};
 use hyper_util::rt::{TokioIo, TokioTimer};
 use tokio::net::{TcpListener, TcpStream};
-use tokio::sync::{Mutex, Semaphore};
+use tokio::sync::Mutex;
+use tokio::task::AbortHandle;
 
 /// Content type of the exposition format.
 const EXPOSITION_TYPE: &str = "text/plain; version=0.0.4; charset=utf-8";
@@ -28,7 +31,7 @@ const ACCEPT_PAUSE: Duration = Duration::from_millis(200);
 /// Limits for clients.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
-    /// Maximum number of simultaneous clients. Further clients are disconnected.
+    /// Maximum number of simultaneous clients. A further client takes the place of the oldest one.
     pub clients: usize,
     /// Maximum time per client, from its connection to the end of the answer.
     pub time: Duration,
@@ -69,7 +72,8 @@ pub async fn serve(
     let failed = |cause| ServeError::Listen { address, cause };
     let listener = TcpListener::bind(address).await.map_err(failed)?;
     ready(listener.local_addr().map_err(failed)?);
-    let places = Arc::new(Semaphore::new(limits.clients));
+    let is_local = address.ip().is_loopback();
+    let mut clients: VecDeque<AbortHandle> = VecDeque::with_capacity(limits.clients);
     let metrics = Arc::new(Mutex::new(Arc::new(metrics)));
     loop {
         let client = match listener.accept().await {
@@ -80,25 +84,29 @@ pub async fn serve(
                 continue;
             }
         };
-        // If the maximum number of clients is connected, the new client is dropped and sees the end
-        // of the connection.
-        let Ok(place) = Arc::clone(&places).try_acquire_owned() else { continue };
+        // A client that has its answer within milliseconds is never the oldest of many. Slow ones
+        // must not keep it out.
+        clients.retain(|client| !client.is_finished());
+        if clients.len() >= limits.clients {
+            clients.pop_front().iter().for_each(AbortHandle::abort);
+        }
         let metrics = Arc::clone(&metrics);
-        tokio::spawn(async move {
-            let _place = place;
-            let _ = tokio::time::timeout(limits.time, answer(client, limits, metrics)).await;
+        let task = tokio::spawn(async move {
+            let answered = answer(client, limits, is_local, metrics);
+            let _ = tokio::time::timeout(limits.time, answered).await;
         });
+        clients.push_back(task.abort_handle());
     }
 }
 
 /// Handles one request of one client, and closes the connection.
-async fn answer<F>(client: TcpStream, limits: Limits, metrics: Arc<Mutex<Arc<F>>>)
+async fn answer<F>(client: TcpStream, limits: Limits, is_local: bool, metrics: Arc<Mutex<Arc<F>>>)
 where
     F: Fn() -> String + Send + Sync + 'static,
 {
     let service = service_fn(|request: Request<Incoming>| {
         let metrics = Arc::clone(&metrics);
-        async move { Ok::<_, Infallible>(respond(&request, metrics).await) }
+        async move { Ok::<_, Infallible>(respond(&request, is_local, metrics).await) }
     });
     let served = http1::Builder::new()
         .timer(TokioTimer::new())
@@ -113,8 +121,22 @@ where
     }
 }
 
+/// Returns true if the `Host` of a request is an address, `localhost`, or missing. A page in a
+/// browser reaches a local server by a name of its own that leads to this machine. The name is then
+/// in the request.
+fn names_this_machine(headers: &HeaderMap) -> bool {
+    let Some(host) = headers.get(HOST) else { return true };
+    let authority = host.to_str().ok().and_then(|host| host.parse::<Authority>().ok());
+    authority.is_some_and(|authority| {
+        let host = authority.host();
+        let address = host.trim_start_matches('[').trim_end_matches(']');
+        address.parse::<IpAddr>().is_ok() || host.eq_ignore_ascii_case("localhost")
+    })
+}
+
 async fn respond<F>(
     request: &Request<Incoming>,
+    is_local: bool,
     metrics: Arc<Mutex<Arc<F>>>,
 ) -> Response<Full<Bytes>>
 where
@@ -125,6 +147,10 @@ where
         *response.status_mut() = status;
         response
     };
+    if is_local && !names_this_machine(request.headers()) {
+        let text = "ask by an address, or by the name localhost\n";
+        return plain(StatusCode::MISDIRECTED_REQUEST, text);
+    }
     if request.uri().path() != "/metrics" {
         return plain(StatusCode::NOT_FOUND, "the metrics are at /metrics\n");
     }

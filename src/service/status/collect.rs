@@ -73,10 +73,12 @@ impl Collector {
         let acquisition = self.acquisition.as_ref().map(|shared| {
             let counts = shared.counts();
             let mut status = AcquisitionStatus::new(&counts, shared.grants());
+            status.interfaces_down = shared.interfaces_down(&counts);
             status.recent = self.recent.handle_counts(&counts, now);
             status.recording = shared.recording();
             status.frame_to_buffer = shared.frame_to_buffer();
-            status.receive_buffer_bytes = self.receive_buffer.map(|is| is.granted_bytes);
+            let at_start = self.receive_buffer.and_then(|is| is.granted_bytes);
+            status.receive_buffer_bytes = counts.receive_buffer_bytes.map(u64::from).or(at_start);
             status.receive_buffer_asked_bytes = self.receive_buffer.map(|is| is.asked_bytes);
             if let Some((then, frames, samples)) = self.last_count {
                 let elapsed_s = (now - then).as_secs_f64();

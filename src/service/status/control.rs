@@ -13,6 +13,7 @@ use super::dispatch::Dispatcher;
 use super::listen::Socket;
 use super::request::{MAX_REQUEST, parse_request};
 use super::serve::accept;
+use crate::text::is_hidden;
 
 /// Maximum number of simultaneous clients.
 const MAX_CLIENTS: usize = 4;
@@ -64,7 +65,7 @@ fn refusal_line(why: &str) -> String {
 /// Formats a text as one line without control characters and with at most `limit` characters. The
 /// text may quote a file, and a reader would take text after a line break as a separate line.
 pub(crate) fn one_line(text: &str, limit: usize) -> String {
-    let words = text.split(|each: char| each.is_whitespace() || each.is_control());
+    let words = text.split(|each: char| each.is_whitespace() || is_hidden(each));
     let line = words.filter(|word| !word.is_empty()).collect::<Vec<_>>().join(" ");
     line.chars().take(limit).collect()
 }

@@ -32,6 +32,11 @@ pub fn fetch_snapshot(paths: &Paths) -> Result<Snapshot, ClientError> {
 /// Adds the acquisition to the status of the estimation.
 fn merge(snapshot: &mut Snapshot, other: Snapshot) {
     snapshot.acquisition = other.acquisition;
+    for (kind, events) in &other.process.events {
+        let entry = snapshot.process.events.entry(kind.clone()).or_default();
+        entry.count += events.count;
+        entry.lasted_ms += events.lasted_ms;
+    }
     snapshot.health = Health::new(snapshot.acquisition.as_ref(), snapshot.estimation.as_ref());
     let reasons = snapshot.process.reasons();
     let others = other.process.reasons();

@@ -83,7 +83,7 @@ impl Socket {
         let private = folder.join(private);
         let _ = fs::remove_file(private.join("s"));
         let _ = fs::remove_dir(&private);
-        DirBuilder::new().mode(0o700).create(&private).map_err(io_error)?;
+        make_private(&private).map_err(io_error)?;
         let made = bind_listener(&private.join("s"), path, mode, group);
         let _ = fs::remove_file(private.join("s"));
         let _ = fs::remove_dir(&private);
@@ -112,6 +112,19 @@ impl Drop for Socket {
             let _ = fs::remove_file(&self.path);
         }
     }
+}
+
+/// Creates a folder that no other user can enter. Refuses it if the file system gives it other
+/// permissions.
+fn make_private(folder: &Path) -> io::Result<()> {
+    DirBuilder::new().mode(0o700).create(folder)?;
+    let mode = fs::symlink_metadata(folder)?.permissions().mode() & 0o777;
+    if mode & 0o077 == 0 {
+        return Ok(());
+    }
+    let _ = fs::remove_dir(folder);
+    let why = format!("{} has the permissions {mode:o} instead of 700", folder.display());
+    Err(io::Error::new(io::ErrorKind::PermissionDenied, why))
 }
 
 fn refuse_living(path: &Path) -> Result<(), ListenError> {
@@ -161,4 +174,18 @@ fn group_id(path: &Path, name: &str) -> Result<u32, ListenError> {
 fn no_group(path: &Path, group: &str, problem: &dyn core::fmt::Display) -> ListenError {
     let (path, group) = (path.to_owned(), group.to_owned());
     ListenError::Group { path, group, problem: problem.to_string() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_other_user_can_enter_the_private_folder() {
+        let folder = tempfile::tempdir().unwrap();
+        let private = folder.path().join("private");
+        make_private(&private).unwrap();
+        let mode = fs::metadata(&private).unwrap().permissions().mode() & 0o777;
+        assert_eq!(format!("{mode:o}"), "700");
+    }
 }

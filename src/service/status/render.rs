@@ -10,7 +10,7 @@ use crate::live::acquire::{AcquisitionStatus, FrameLatency, FrameTime, Grant};
 use crate::live::latency::LatencySummary;
 use crate::live::recording::{ArchiveStatus, RecordingState, RecordingStatus};
 use crate::live::worker::{EstimationStatus, LoadStatus, WindowState};
-use crate::text::significant_digits;
+use crate::text::{is_hidden, significant_digits};
 
 /// Use of terminal colour codes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -292,9 +292,9 @@ fn align_rows(rows: &[Row], colour: Colour) -> String {
     text
 }
 
-/// Removes control characters, because the text comes from another process.
+/// Removes control and format characters, because the text comes from another process.
 pub fn without_control_characters(text: &str) -> String {
-    text.chars().map(|each| if each.is_control() { ' ' } else { each }).collect()
+    text.chars().map(|each| if is_hidden(each) { ' ' } else { each }).collect()
 }
 
 #[expect(clippy::cast_precision_loss, reason = "one decimal for people")]

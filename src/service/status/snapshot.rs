@@ -2,7 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::live::acquire::{AcquisitionStatus, Grant, SampleFlow};
+use crate::archive::events::EventCounts;
+use crate::live::acquire::{AcquisitionStatus, BusState, Grant, InterfaceProblem, SampleFlow};
 use crate::live::recording::RecordingState;
 use crate::live::worker::{EstimationStatus, Rejection};
 
@@ -61,6 +62,9 @@ pub struct ProcessStatus {
     pub sockets_missing: Vec<String>,
     /// Folder of the stream, if it was removed while the service is running.
     pub stream_folder_gone: Option<String>,
+    /// Numbers of events since the start, by kind. Kinds that did not occur are omitted.
+    #[serde(skip_serializing_if = "EventCounts::is_empty")]
+    pub events: EventCounts,
 }
 
 impl ProcessStatus {
@@ -176,7 +180,14 @@ fn acquisition_reasons(
     idle: &mut bool,
 ) {
     if let Some(acquisition) = acquisition {
-        if !acquisition.bus.is_well() {
+        for (interface, problem) in &acquisition.interfaces_down {
+            reasons.push(match problem {
+                InterfaceProblem::Down => format!("the interface {interface} is down"),
+                InterfaceProblem::Missing => format!("there is no interface {interface}"),
+            });
+        }
+        let is_named = acquisition.bus == BusState::Down && !acquisition.interfaces_down.is_empty();
+        if !acquisition.bus.is_well() && !is_named {
             reasons.push(acquisition.bus.sentence().to_owned());
         }
         match acquisition.flow() {

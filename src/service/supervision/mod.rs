@@ -4,6 +4,8 @@
 //! own threads. This module defines the reaction to a failure: if a part fails, the service ends,
 //! and the service manager restarts it.
 
+mod changes;
+mod journal;
 mod line;
 mod manager;
 mod readiness;
@@ -48,6 +50,8 @@ pub struct ServiceOptions {
     pub control: Option<SocketOptions>,
     /// Receive buffer granted by the kernel, for the status \[bytes\].
     pub receive_buffer: Option<ReceiveBuffer>,
+    /// File of the events. If `None`, events are only logged.
+    pub events: Option<PathBuf>,
 }
 
 /// Components of the bus thread.

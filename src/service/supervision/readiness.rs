@@ -2,6 +2,8 @@
 
 use core::time::Duration;
 
+use didim_drivers::socket::monotonic_ns;
+
 use super::Parts;
 use crate::live::acquire::{BusState, SharedAcquisition};
 use crate::live::worker::SharedEstimation;
@@ -65,6 +67,11 @@ impl Progress {
             self.acquisition.as_ref().map_or(0, |shared| shared.counts().iterations),
             self.estimation.as_ref().map_or(0, SharedEstimation::iterations),
         );
+        // The thread that identifies gives a sign of life even while it computes.
+        let is_stuck = |shared: &SharedEstimation| shared.is_identification_stuck(monotonic_ns());
+        if self.estimation.as_ref().is_some_and(is_stuck) {
+            return false;
+        }
         let acquired = self.acquisition.is_none() || iterations.0 != self.iterations.0;
         let estimated = self.estimation.is_none() || iterations.1 != self.iterations.1;
         if acquired && estimated {
@@ -133,6 +140,16 @@ mod tests {
         assert!(progress.has_progressed() && !progress.has_progressed());
         progress.estimation_ended();
         assert!(progress.has_progressed());
+    }
+
+    #[test]
+    fn an_identification_without_a_sign_of_life_starves_the_watchdog() {
+        let shared = SharedEstimation::default();
+        let later = |seconds: u64| monotonic_ns() + seconds * 1_000_000_000;
+        assert!(!shared.is_identification_stuck(later(1_000)), "before its first one");
+        shared.count_identification();
+        assert!(!shared.is_identification_stuck(later(60)));
+        assert!(shared.is_identification_stuck(later(180)));
     }
 
     #[test]

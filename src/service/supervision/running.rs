@@ -8,12 +8,15 @@ use std::time::Instant;
 
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 
+use super::changes::ChangeWatch;
+use super::journal::Journal;
 use super::line::StatusLine;
 use super::manager::Manager;
 use super::readiness::Progress;
 use super::threads::{Report, start_acquisition, start_estimation};
 use super::{Parts, ServiceEnd, ServiceError, ServiceOptions};
 use crate::live::acquire::SharedAcquisition;
+use crate::live::pause::PauseWatch;
 use crate::live::stream::{DocumentReader, DocumentWriter};
 use crate::live::worker::{Commands, SharedEstimation};
 use crate::service::status::{Collector, Snapshot, one_line};
@@ -21,6 +24,9 @@ use crate::service::status::{Collector, Snapshot, one_line};
 /// Maximum time for the parts to stop. Together with the end of the process, it is a second. A
 /// longer identification is abandoned. Its result is stored completely or not at all.
 const STOP_TIMEOUT: Duration = Duration::from_millis(800);
+/// Interval at which the supervision looks for a pause of the process. A pause is reported too
+/// short by at most this time.
+pub(super) const PAUSE_POLL: Duration = Duration::from_millis(100);
 /// Interval at which more start time is requested. The number of requests is limited. A folder of
 /// many results and the allocation of shared memory take a long, but limited time.
 const EXTENSION_INTERVAL: Duration = Duration::from_secs(2);
@@ -36,6 +42,9 @@ pub(super) struct Running {
     line: StatusLine,
     /// Latest status line.
     latest_line: String,
+    changes: ChangeWatch,
+    pauses: PauseWatch,
+    journal: Journal,
     /// Folder of the stream library's files.
     stream_root: PathBuf,
     acquisition: Option<SharedAcquisition>,
@@ -78,6 +87,9 @@ impl Running {
             other_status: statuses,
             line: StatusLine::default(),
             latest_line: String::new(),
+            changes: ChangeWatch::default(),
+            pauses: PauseWatch::new(PAUSE_POLL),
+            journal: Journal::new(options.events.clone()),
             stream_root: parts.stream().root.clone(),
             progress: Progress::new(parts, acquisition.clone(), estimation.clone()),
             acquisition,
@@ -179,6 +191,28 @@ impl Running {
         }
         self.latest_line = self.line.next_line(&snapshot, now);
         (snapshot, document.into())
+    }
+
+    /// Records the changes of a snapshot as events. `is_started` is true if the start of the
+    /// service is complete.
+    pub(super) fn record_changes(&mut self, snapshot: &Snapshot, is_started: bool) {
+        let events = self.changes.handle_snapshot(snapshot, is_started, Instant::now());
+        events.into_iter().for_each(|event| self.journal.record(event));
+        self.collector.process.events.clone_from(self.changes.counts());
+    }
+
+    /// Records a pause of the process as an event. Has to be called at intervals of [`PAUSE_POLL`].
+    pub(super) fn look_for_pause(&mut self) {
+        if let Some(pause) = self.pauses.check()
+            && let Some(event) = self.changes.handle_pause(&pause, Instant::now())
+        {
+            self.journal.record(event);
+        }
+    }
+
+    /// Starts the search for pauses, after the start of the service.
+    pub(super) fn restart_pauses(&mut self) {
+        self.pauses.restart();
     }
 
     /// Returns the status line of the latest snapshot.

@@ -11,7 +11,7 @@ use tokio::time::{Interval, MissedTickBehavior, interval};
 
 use super::manager::Manager;
 use super::reload::{Event, Reload, Reloader};
-use super::running::Running;
+use super::running::{PAUSE_POLL, Running};
 use super::sockets::{MissingSockets, keep_serving};
 use super::{Parts, ServiceEnd, ServiceError, ServiceOptions, ServiceReport, SocketOptions};
 use crate::live::stream::{StreamNode, Topic};
@@ -131,6 +131,8 @@ async fn handle_events(
 ) -> Result<ServiceEnd, ServiceError> {
     let mut period = interval_of(STATUS_PERIOD);
     let mut ready_poll = interval_of(READY_POLL);
+    let mut pause_poll = interval_of(PAUSE_POLL);
+    running.restart_pauses();
     let mut feeding = manager.watchdog_period().map(interval_of);
     loop {
         tokio::select! {
@@ -166,9 +168,12 @@ async fn handle_events(
             },
             _ = period.tick() => {
                 running.look_at_files(missing.reasons());
-                latest.send_replace(running.publish_snapshot().1);
+                let (snapshot, document) = running.publish_snapshot();
+                running.record_changes(&snapshot, manager.is_ready());
+                latest.send_replace(document);
                 manager.notify_status(&running.line());
             }
+            _ = pause_poll.tick() => running.look_for_pause(),
             () = next_tick(&mut feeding) => if running.has_progressed() {
                 manager.feed_watchdog();
             },

@@ -5,6 +5,8 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use didim_drivers::source::Source;
+use nix::sys::signal::{SigSet, Signal};
+
 use tokio::sync::mpsc::UnboundedSender;
 
 use super::{AcquisitionPart, EstimationPart, ServiceError};
@@ -83,9 +85,19 @@ pub(super) fn start_estimation(
 fn spawn(name: &'static str, body: impl FnOnce() + Send + 'static) -> Result<(), ServiceError> {
     std::thread::Builder::new()
         .name(name.to_owned())
-        .spawn(body)
+        .spawn(|| {
+            block_signals();
+            body();
+        })
         .map(drop)
         .map_err(|cause| ServiceError::System { action: "start a thread", cause })
+}
+
+/// Leaves the handled signals to the thread of the supervision, so that they interrupt no wait of
+/// this one. If the system refuses, every wait continues after an interruption.
+fn block_signals() {
+    let handled: SigSet = [Signal::SIGTERM, Signal::SIGINT, Signal::SIGHUP].into_iter().collect();
+    let _ = handled.thread_block();
 }
 
 /// Runs the body of a thread. A panic is reported to the supervision like any other end. The

@@ -4,6 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use serde::Serialize;
 
 use crate::CliError;
 use crate::input::Samples;
@@ -15,6 +16,7 @@ use didim::analysis::{
     JointDifference, StoredModel, measurement_pairs, read_result_line, torque_difference,
 };
 use didim::archive::drift::{Baseline, DriftOptions, JudgedHistory};
+use didim::archive::events::{Event, read_events};
 use didim::archive::store::{HistoryLine, read_history, result_file};
 use didim::report::history::{
     Difference, HistoryDocument, identities, long_table, plot, summary, table,
@@ -36,7 +38,11 @@ pub(crate) struct Arguments {
     /// motion
     #[arg(long, value_name = "FILE", requires_all = ["compare", "cell"])]
     along: Option<PathBuf>,
-    /// Show only this number of the last results
+    /// Show changes of bus, machine and health instead of results: interfaces, silence, losses,
+    /// pauses
+    #[arg(long, conflicts_with_all = ["parameter", "compare", "out", "report"])]
+    events: bool,
+    /// Show only this number of the last results, or events
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     last: Option<u32>,
     /// Print one JSON object and nothing else
@@ -52,6 +58,9 @@ pub(crate) struct Arguments {
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let (folder, options) = arguments.state.find()?;
+    if arguments.events {
+        return show_events(arguments, &folder);
+    }
     let read: Vec<&Path> = arguments.along.iter().map(PathBuf::as_path).collect();
     check_outputs(arguments.report.iter().chain(&arguments.out), &read)?;
     let format_of = |path: &PathBuf| match LongFormat::from_path(path) {
@@ -109,6 +118,33 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         text += &sentence.map_or(String::new(), |sentence| format!("{sentence}\n"));
     }
     print_for_terminal(&text)
+}
+
+/// Prints the events of a results folder.
+fn show_events(arguments: &Arguments, folder: &Path) -> Result<(), CliError> {
+    let mut events = read_events(folder).map_err(|error| CliError::in_file(folder, error))?;
+    if let Some(last) = arguments.last.and_then(|last| usize::try_from(last).ok()) {
+        events.drain(..events.len().saturating_sub(last));
+    }
+    if arguments.json {
+        let json = serde_json::to_string(&EventDocument { schema: EVENTS_SCHEMA, events: &events });
+        return print(&format!("{}\n", json.map_err(CliError::from_failure)?));
+    }
+    if events.is_empty() {
+        return print_for_terminal("no events\n");
+    }
+    let lines = events.iter().map(|event| format!("{}  {event}\n", event.time));
+    print_for_terminal(&lines.collect::<String>())
+}
+
+/// Version of the JSON of events.
+const EVENTS_SCHEMA: u32 = 1;
+
+/// The events as one JSON object.
+#[derive(Serialize)]
+struct EventDocument<'a> {
+    schema: u32,
+    events: &'a [Event],
 }
 
 /// Reads the history of a folder and judges it. Also returns the number of skipped lines.

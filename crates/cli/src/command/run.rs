@@ -7,6 +7,7 @@ use clap::{Args, ValueEnum};
 use crate::CliError;
 use crate::names::DEFAULT_CELL;
 use didim::analysis::identify::LastIdentification;
+use didim::archive::events::EventSource;
 use didim::cell::{Cell, Processes};
 use didim::service::paths::Paths;
 use didim::service::pipeline::{
@@ -79,6 +80,11 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         let group = service.status_group.clone();
         Some(SocketOptions { path, mode: service.status_mode, group })
     };
+    let process = match part {
+        Some(Part::Acquisition) => EventSource::Acquisition,
+        None | Some(Part::Estimation) => EventSource::Service,
+    };
+    options.events = paths.state.as_deref().map(|state| process.file_in(state));
     if part == Some(Part::Acquisition) {
         options.status = status(paths.acquisition_socket());
     } else {

@@ -8,6 +8,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 use didim::analysis::identify::LastIdentification;
+use didim::archive::events::EventSource;
 use didim::cell::Cell;
 use didim::live::stream::Pace;
 use didim::live::worker;
@@ -69,6 +70,7 @@ fn child_runs_a_cell() {
         status: socket(status, 0o660),
         control: if estimates { socket(paths.command_socket(), 0o600) } else { None },
         receive_buffer: None,
+        events: paths.state.as_deref().map(|state| EventSource::Service.file_in(state)),
     };
     let reload = reload_of(file.clone(), cell.clone(), paths.clone(), estimates);
     let report = run_with_reload(&options, parts, Some(reload)).unwrap();

@@ -361,6 +361,14 @@ impl TableError {
         }
     }
 
+    /// Returns the error with the line in which a record begins, for a record that is too long.
+    pub(super) fn of_record(self, first_line: u64) -> Self {
+        match self {
+            Self::LongLine { file, line } => Self::LongLine { file, line: line.min(first_line) },
+            error => error,
+        }
+    }
+
     /// Creates the error of parsing or writing a text.
     pub(super) fn from_csv(path: &Path, error: csv::Error) -> Self {
         let file = path.to_path_buf();

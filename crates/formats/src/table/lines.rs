@@ -5,6 +5,9 @@ use std::io::{self, BufRead, Read};
 /// Largest length of a line \[bytes\]. Convention: a thousand columns of a thousand bytes.
 pub(super) const LONGEST_LINE: usize = 1 << 20;
 
+/// Largest number of bytes read for a record: a line, and what is read ahead of it.
+const LONGEST_RECORD: usize = 2 * LONGEST_LINE;
+
 /// Error of a line beyond [`LONGEST_LINE`].
 #[derive(Debug, thiserror::Error)]
 #[error("line {line} is longer than {LONGEST_LINE} bytes")]
@@ -13,22 +16,29 @@ pub(super) struct LongLine {
     pub(super) line: u64,
 }
 
-/// An input that ends with [`LongLine`] at such a line.
+/// An input that ends with [`LongLine`] at such a line, and at a record that is longer: an opening
+/// quote without a closing one makes the rest of the file one record.
 pub(super) struct LimitedLines {
     input: Box<dyn BufRead>,
     line: u64,
     line_bytes: usize,
+    record_bytes: usize,
 }
 
 impl LimitedLines {
     pub(super) fn new(input: Box<dyn BufRead>) -> Self {
-        Self { input, line: 1, line_bytes: 0 }
+        Self { input, line: 1, line_bytes: 0, record_bytes: 0 }
+    }
+
+    /// Starts a record.
+    pub(super) fn begin_record(&mut self) {
+        self.record_bytes = 0;
     }
 }
 
 impl BufRead for LimitedLines {
     fn fill_buf(&mut self) -> io::Result<&[u8]> {
-        if self.line_bytes > LONGEST_LINE {
+        if self.line_bytes > LONGEST_LINE || self.record_bytes > LONGEST_RECORD {
             return Err(io::Error::new(io::ErrorKind::InvalidData, LongLine { line: self.line }));
         }
         self.input.fill_buf()
@@ -39,6 +49,7 @@ impl BufRead for LimitedLines {
         let read = self.input.fill_buf().map(|buffer| &buffer[..amount.min(buffer.len())]);
         for byte in read.unwrap_or_default() {
             self.line_bytes += 1;
+            self.record_bytes += 1;
             if *byte == b'\n' {
                 (self.line, self.line_bytes) = (self.line + 1, 0);
             }

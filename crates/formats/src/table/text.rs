@@ -42,6 +42,7 @@ impl TextTable {
                 break;
             }
         }
+        input.begin_record();
         let layout = TextLayout::find(&begin, wanted);
         let reader = reader_builder(layout.separator).from_reader(Cursor::new(begin).chain(input));
         Ok(Self { path, reader, layout })
@@ -58,8 +59,12 @@ impl TextTable {
             }
         }
         loop {
+            self.reader.get_mut().get_mut().1.begin_record();
+            let line = self.reader.position().line();
             let read = self.reader.read_record(record);
-            if !read.map_err(|error| TableError::from_csv(&self.path, error))? {
+            let read = read.map_err(|error| TableError::from_csv(&self.path, error));
+            // The limit of a record is reached many lines after its beginning.
+            if !read.map_err(|error| error.of_record(line))? {
                 return Ok(false);
             }
             if !record.get(0).is_some_and(is_comment) {
@@ -206,5 +211,27 @@ fn field_error(
             TableError::Date { file, place, column, text }
         }
         _ => TableError::NotANumber { file, place, column, text },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::{BufReader, repeat};
+
+    use super::*;
+
+    /// The rest of the file never ends, so a reader that keeps it would fill the memory.
+    #[test]
+    fn a_quote_without_its_end_is_refused_with_its_line() {
+        let begin = "time_s,a\n0.0,1\n0.1,2\n0.2,\"3\n";
+        for filler in [b'\n', b'0'] {
+            let file = Cursor::new(begin.as_bytes()).chain(BufReader::new(repeat(filler)));
+            let wanted = ["time_s".to_owned(), "a".to_owned()];
+            let table = TextTable::open(Box::new(file), Path::new("a.csv"), &wanted).unwrap();
+            let columns = [Column::Time, Column::Other];
+            let capacity = Capacity { samples: 1_000 };
+            let error = Box::new(table).read(&columns, capacity).err().unwrap();
+            assert!(matches!(error, TableError::LongLine { line: 4, .. }), "{error:?}");
+        }
     }
 }

@@ -1,6 +1,6 @@
 //! docs/evidence/reliability.md: what the files of faults say, for people.
 
-use super::file::{CoveredBy, Expected, FaultFile};
+use super::file::{CoveredBy, Expected, FaultFile, root};
 use crate::table::{Column, Table};
 
 fn check(name: &'static str, titles: &[&'static str], rows: Vec<Vec<String>>) {
@@ -56,6 +56,25 @@ fn the_document_says_what_the_files_say() {
         .iter()
         .filter_map(|file| Some(vec![file.title.clone(), file.corrected.clone()?, of_file(file)]));
     check("corrected", &["fault", "why the expectation was wrong", "file"], corrected.collect());
+}
+
+/// A row names a test that asserts what the row says.
+#[test]
+fn the_named_tests_contain_the_words_of_their_rows() {
+    let mut inspected = 0;
+    for file in FaultFile::read_all() {
+        let Some(covered_by) = &file.covered_by else { continue };
+        let source = std::fs::read_to_string(root().join(&covered_by.file)).unwrap();
+        let begin = source.find(&format!("fn {}(", covered_by.test));
+        let body = begin.map(|begin| &source[begin..]).unwrap_or_default();
+        assert!(!body.is_empty(), "{}: {} has no such test", file.name, covered_by.file);
+        let body = body.split("#[test]").next().unwrap();
+        for words in &covered_by.words {
+            assert!(body.contains(words.as_str()), "{}: no `{words}` in {body}", file.name);
+            inspected += 1;
+        }
+    }
+    assert!(inspected >= 20, "{inspected}");
 }
 
 fn of_file(file: &FaultFile) -> String {

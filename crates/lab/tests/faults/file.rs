@@ -92,6 +92,9 @@ pub(super) struct CoveredBy {
     pub(super) within: String,
     pub(super) counted: String,
     pub(super) says: String,
+    /// Words of the program or values that the test has to contain.
+    #[serde(default)]
+    pub(super) words: Vec<String>,
 }
 
 impl Count {

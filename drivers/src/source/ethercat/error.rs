@@ -74,8 +74,8 @@ pub enum EthercatError {
 }
 
 impl EthercatError {
-    /// Returns true if the source continues without a further action.
+    /// Returns true if a tap that waits for its interface continues without a further action.
     pub fn is_recoverable(&self) -> bool {
-        matches!(self, Self::Down { .. } | Self::Gone { .. })
+        matches!(self, Self::Down { .. } | Self::Gone { .. } | Self::NoInterface { .. })
     }
 }

@@ -19,7 +19,8 @@ use crate::source::listening::{
 };
 use crate::source::retry::{self, Retry};
 use crate::source::{
-    InterfaceName, Received, Source, SourceCounters, SourceError, StampClock, capacity,
+    InterfaceFault, InterfaceFaults, InterfaceName, Received, Source, SourceCounters, SourceError,
+    StampClock, capacity,
 };
 
 /// Source of the process data on an interface, as frames of a layout.
@@ -52,6 +53,8 @@ struct OpenedSocket {
 
 impl TapSource {
     /// Opens an interface for receiving, with the requested size of the receive buffer \[bytes\].
+    /// If `waits` is true, a missing interface is reported like one that vanished, and opened as
+    /// soon as it exists.
     ///
     /// # Errors
     /// [`EthercatError`]; every variant names the remedy.
@@ -59,30 +62,33 @@ impl TapSource {
         interface: InterfaceName,
         layout: &CompiledLayout,
         receive_buffer_bytes: u32,
+        waits: bool,
     ) -> Result<Self, EthercatError> {
         let Some(plan) = layout.process_data() else {
             return Err(EthercatError::NoPlan { place: interface.to_string() });
         };
-        let opened = open(interface, receive_buffer_bytes)?;
+        let (opened, missing) = match open(interface, receive_buffer_bytes) {
+            Ok(opened) => (Some(opened), None),
+            Err(missing @ EthercatError::NoInterface { .. }) if waits => (None, Some(missing)),
+            Err(error) => return Err(error),
+        };
         Ok(Self {
             interface: [interface],
-            is_up: true,
+            is_up: opened.is_some(),
             retry: Retry::after_loss(Instant::now()),
             wanted_bytes: receive_buffer_bytes,
-            granted_bytes: opened.granted_bytes,
-            opened: Some(opened),
+            granted_bytes: opened.as_ref().map_or(0, |opened| opened.granted_bytes),
+            opened,
             buffer: ReceiveBuffer::new(),
             decoder: Decoder::new(plan.clone()),
             drops: DropCounter::default(),
             hardware_clock: None,
-            failure: None,
-            counters: SourceCounters::default(),
+            counters: SourceCounters {
+                link_down: u64::from(missing.is_some()),
+                ..SourceCounters::default()
+            },
+            failure: missing,
         })
-    }
-
-    /// Returns the granted size of the receive buffer \[bytes\].
-    pub fn receive_buffer_bytes(&self) -> u32 {
-        self.granted_bytes
     }
 
     fn name(&self) -> InterfaceName {
@@ -224,6 +230,18 @@ impl Source for TapSource {
         &self.interface
     }
 
+    fn receive_buffer_bytes(&self) -> Option<u32> {
+        Some(self.granted_bytes).filter(|bytes| *bytes > 0)
+    }
+
+    fn interface_faults(&self) -> InterfaceFaults {
+        let fault = match self.opened {
+            None => Some(InterfaceFault::Missing),
+            Some(_) => (!self.is_up).then_some(InterfaceFault::Down),
+        };
+        InterfaceFaults::new([fault].into_iter())
+    }
+
     /// Returns [`StampClock::Own`] if the distributed clock gives the stamps, because this clock is
     /// not a clock of the computer.
     fn stamp_clock(&self) -> StampClock {
@@ -298,9 +316,10 @@ reference = { object = "607A:00", unit = "count", valid = "next-sync" }
 
     fn inside() {
         let layout = CompiledLayout::compile_eni(ENI, &toml::from_str(LAYOUT).unwrap()).unwrap();
-        let open_tap = |name| TapSource::open(InterfaceName::new(name).unwrap(), &layout, 1 << 20);
+        let open_tap =
+            |name| TapSource::open(InterfaceName::new(name).unwrap(), &layout, 1 << 20, false);
         let mut tap = open_tap("tap0").unwrap();
-        assert!(tap.receive_buffer_bytes() > 0 && tap.stamp_clock() == StampClock::Own);
+        assert!(tap.receive_buffer_bytes() > Some(0) && tap.stamp_clock() == StampClock::Own);
         let wire = Socket::new_packet().unwrap();
         let device = device_state(&wire, InterfaceName::new("tap1").unwrap()).unwrap().index;
         wire.bind_packets(device, ETHERCAT_TYPE).unwrap();
@@ -334,5 +353,28 @@ reference = { object = "607A:00", unit = "count", valid = "next-sync" }
         assert!(error.is_recoverable() && error.to_string().contains("lo is down"), "{error}");
         assert_eq!(down.receive(&mut batch, Duration::ZERO).unwrap(), Received::Silence);
         assert_eq!(down.counters().link_down, 1);
+        assert_eq!(down.interface_faults().get(0), Some(InterfaceFault::Down));
+        waits_for_its_interface(&layout);
+    }
+
+    /// An interface that is missing at the start is opened once it exists.
+    fn waits_for_its_interface(layout: &CompiledLayout) {
+        let mut batch = Vec::with_capacity(7);
+        let name = InterfaceName::new("tap2").unwrap();
+        let mut tap = TapSource::open(name, layout, 1 << 20, true).unwrap();
+        let error = tap.receive(&mut batch, Duration::ZERO).unwrap_err();
+        assert!(error.is_recoverable() && error.to_string().contains("tap2"), "{error}");
+        assert_eq!(tap.interface_faults().get(0), Some(InterfaceFault::Missing));
+        let pair = PAIR.replace("tap0", "tap2").replace("tap1", "tap3");
+        assert!(Command::new("sh").args(["-c", &pair]).status().unwrap().success());
+        for _ in 0..500 {
+            let _ = tap.receive(&mut batch, Duration::from_millis(10));
+            if tap.interface_faults().is_empty() {
+                break;
+            }
+        }
+        assert!(tap.interface_faults().is_empty(), "{:?}", tap.counters());
+        assert_eq!((tap.counters().link_down, tap.counters().reopened), (1, 1));
+        assert!(tap.receive_buffer_bytes() > Some(0));
     }
 }

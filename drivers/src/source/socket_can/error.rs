@@ -103,10 +103,9 @@ pub enum SocketCanError {
 }
 
 impl SocketCanError {
-    /// Returns true if the source continues without a further action. This is the case for all
-    /// failures of an interface that was opened before.
+    /// Returns true if a source that waits for its interfaces continues without a further action.
     pub fn is_recoverable(&self) -> bool {
-        matches!(self, Self::Down { .. } | Self::Gone { .. })
+        matches!(self, Self::Down { .. } | Self::Gone { .. } | Self::NoInterface { .. })
     }
 }
 

@@ -10,10 +10,9 @@ use super::options::SocketCanOptions;
 use crate::clock::HardwareClock;
 use crate::frame::{Direction, Frame, FrameError, FrameId, FrameKind};
 use crate::socket::{Message, ReceiveBuffer, Socket, device_state};
-use crate::source::InterfaceName;
-use crate::source::SourceCounters;
 use crate::source::listening::{DropCounter, MAX_CALLS, realtime_now_ns, stamp_ns};
 use crate::source::retry::{self, Retry};
+use crate::source::{InterfaceFault, InterfaceName, SourceCounters};
 
 /// Granted settings and counters of an interface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -64,20 +63,32 @@ impl Link {
         index: u8,
         options: &SocketCanOptions,
     ) -> Result<Self, SocketCanError> {
-        let opened = open(name, options)?;
+        let (opened, missing) = match open(name, options) {
+            Ok(opened) => (Some(opened), None),
+            Err(missing @ SocketCanError::NoInterface { .. }) if options.waits_for_interfaces => {
+                (None, Some(missing))
+            }
+            Err(error) => return Err(error),
+        };
         Ok(Self {
             name,
             index,
             options: options.clone(),
-            last_opened: (opened.device.mtu, opened.receive_buffer_bytes),
-            opened: Some(opened),
-            state: State::Up,
+            last_opened: opened.as_ref().map_or((0, 0), OpenedSocket::granted),
+            state: match opened {
+                Some(_) => State::Up,
+                None => State::Gone(Retry::after_loss(Instant::now())),
+            },
+            opened,
             buffer: ReceiveBuffer::new(),
             head_frame: None,
             drops: DropCounter::default(),
             hardware_clock: None,
-            counters: SourceCounters::default(),
-            failure: None,
+            counters: SourceCounters {
+                link_down: u64::from(missing.is_some()),
+                ..SourceCounters::default()
+            },
+            failure: missing,
         })
     }
 
@@ -94,6 +105,14 @@ impl Link {
             receive_buffer_bytes,
             hardware_stamps: self.hardware_clock.is_some(),
             counters: self.counters,
+        }
+    }
+
+    pub(super) fn fault(&self) -> Option<InterfaceFault> {
+        match self.state {
+            State::Up => None,
+            State::Down => Some(InterfaceFault::Down),
+            State::Gone(_) => Some(InterfaceFault::Missing),
         }
     }
 
@@ -212,7 +231,7 @@ impl Link {
         }
         match open(self.name, &self.options) {
             Ok(opened) => {
-                self.last_opened = (opened.device.mtu, opened.receive_buffer_bytes);
+                self.last_opened = opened.granted();
                 self.state = if opened.device.is_up { State::Up } else { State::Down };
                 self.opened = Some(opened);
                 self.drops = DropCounter::default();

@@ -15,8 +15,8 @@ pub use options::{QUEUED_FRAME_BYTES, SocketCanOptions};
 
 use super::listening::{Listening, receive};
 use super::{
-    InterfaceName, MAX_INTERFACES, Received, Source, SourceCounters, SourceError, StampClock,
-    capacity,
+    InterfaceFaults, InterfaceName, MAX_INTERFACES, Received, Source, SourceCounters, SourceError,
+    StampClock, capacity,
 };
 use crate::frame::Frame;
 use crate::socket::wait_readable;
@@ -123,5 +123,14 @@ impl Source for SocketCanSource {
 
     fn stamp_clock(&self) -> StampClock {
         StampClock::Realtime
+    }
+
+    fn receive_buffer_bytes(&self) -> Option<u32> {
+        let granted = self.links().map(|link| link.receive_buffer_bytes);
+        granted.filter(|bytes| *bytes > 0).min()
+    }
+
+    fn interface_faults(&self) -> InterfaceFaults {
+        InterfaceFaults::new(self.links.iter().map(Link::fault))
     }
 }

@@ -18,6 +18,13 @@ pub(super) struct OpenedSocket {
     pub(super) receive_buffer_bytes: u32,
 }
 
+impl OpenedSocket {
+    /// Returns the size of the largest frame and of the receive buffer \[bytes\].
+    pub(super) fn granted(&self) -> (i32, u32) {
+        (self.device.mtu, self.receive_buffer_bytes)
+    }
+}
+
 /// Creates a socket that receives from the interface.
 pub(super) fn open(
     interface: InterfaceName,

@@ -381,6 +381,41 @@ fn a_folder_that_was_moved_away_takes_results_when_it_is_back() {
     assert!(matches!(Store::open(&folder, 10), Err(StoreError::InUse { .. })), "locked still");
 }
 
+#[test]
+fn numbers_of_removed_results_are_not_used_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut store = Store::open(folder.path(), 5).unwrap();
+    let numbers = [1.0, 2.0, 3.0].map(|value| write(&mut store, value).number);
+    assert_eq!(numbers, [0, 1, 2]);
+    drop(store);
+    for number in numbers {
+        fs::remove_file(result_file(folder.path(), number)).unwrap();
+    }
+    let mut store = Store::open(folder.path(), 5).unwrap();
+    assert_eq!(write(&mut store, 4.0).number, 3);
+}
+
+#[test]
+fn a_report_is_written_before_its_result() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut store = Store::open(folder.path(), 5).unwrap();
+    // The result cannot be written, as if the process were killed before.
+    let in_the_way = result_file(folder.path(), 0);
+    fs::create_dir(&in_the_way).unwrap();
+    let record = ResultRecord::new("cell", "c0ffee", &window(), estimate(1.0));
+    let attachments = Attachments { report: Some("a".into()), ..Attachments::default() };
+    store.write(&record, &attachments, Timestamp::now()).unwrap_err();
+    let report = folder.path().join(report_name(0));
+    assert_eq!(fs::read_to_string(&report).unwrap(), "a");
+    fs::remove_dir(&in_the_way).unwrap();
+    drop(store);
+    let mut store = Store::open(folder.path(), 5).unwrap();
+    assert!(!report.exists(), "a report without a result");
+    let stored = store.write(&record, &attachments, Timestamp::now()).unwrap();
+    assert_eq!(stored.number, 0);
+    assert!(report.exists());
+}
+
 /// Ten years of a result a week. The clock is unset in one month, and one hour slow in another.
 #[test]
 fn ten_years_of_results_are_bounded_and_every_line_has_its_date() {

@@ -225,6 +225,11 @@ impl HistoryFile {
         Ok(())
     }
 
+    /// Returns the number after that of the last line when the file was opened.
+    pub(in crate::archive::store) fn next_result(&self) -> u64 {
+        self.last_result.map_or(0, |last| last.saturating_add(1))
+    }
+
     /// Returns true if the opened history had no line of this result: the number is greater than
     /// that of the last line, or there are no lines. Returns false if the last line has no result
     /// number.

@@ -12,6 +12,7 @@ pub use capture::CaptureRequest;
 pub use error::{MAX_REQUEST, RequestError};
 
 use crate::live::worker::Command;
+use crate::text::is_hidden;
 use crate::window::Note;
 
 /// Commands to a running service.
@@ -35,7 +36,7 @@ impl FromStr for Request {
 
     /// Parses the words of a line without its newline.
     fn from_str(line: &str) -> Result<Self, Self::Err> {
-        if line.chars().any(char::is_control) {
+        if line.chars().any(is_hidden) {
             return Err(RequestError::NotText);
         }
         let (verb, rest) = line.split_once(' ').unwrap_or((line, ""));
@@ -131,6 +132,14 @@ mod tests {
         for line in [&b"note\n"[..], b"note 3 kg\n", b"note {\"payload\":1}\n"] {
             assert_eq!(parse_request(line), Err(RequestError::Unknown), "{line:?}");
         }
+        for hidden in ["\u{1b}", "\u{202e}", "\u{200b}", "\u{2066}", "\u{feff}"] {
+            let line = format!("note {{\"text\":\"a{hidden}b\"}}\n");
+            let refused = parse_request(line.as_bytes());
+            assert_eq!(refused, Err(RequestError::NotText), "{hidden:?}");
+        }
+        let escaped = parse_request(b"note {\"text\":\"a\\u202eb\"}\n").unwrap_err();
+        assert_eq!(escaped, RequestError::Note(crate::window::NoteError::Text));
+        assert!(escaped.to_string().contains("without control and format characters"));
     }
 
     #[test]

@@ -410,6 +410,7 @@ pub(super) const PAGES: &[CommandPage] = &[
             ["didim history --compare 8 65", "two results side by side"],
             ["didim history --report history.html", "every parameter, in one HTML file"],
             ["didim history --out history.parquet", "every parameter, for a database"],
+            ["didim history --events --last 20", "changes of bus, machine and health"],
         ],
         &[STATE_FILES],
         &["didim-baseline(1)", "didim-parameters(7)"],
