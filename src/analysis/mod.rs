@@ -14,8 +14,9 @@ mod torque_difference;
 
 pub use bus_log::{LogError, read_log};
 pub use excitation::{
-    AdviceForResult, Assignment, AssignmentError, DesignedMotion, ExpectationError,
-    ExpectedParameter, RequestedDesign, TaskParameter, WantedLoad, expectation_line,
+    AdviceForResult, Assignment, AssignmentError, CheckedLinks, DesignedMotion, ExpectationError,
+    ExpectedParameter, Floor, RequestedChecks, RequestedDesign, ShapeProblem, TaskParameter,
+    UnreadShape, WantedLoad, expectation_line,
 };
 pub use export::{ConsistentError, ConsistentModel, Exported, Format, NO_FRICTION, WriteError};
 pub use gains::{FindGainsError, FoundGain, FoundGains, find_drive_gains};
