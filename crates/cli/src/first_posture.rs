@@ -11,9 +11,9 @@ use super::CliError;
 use super::input::read_input;
 use super::stream::InputFileOrStream;
 
-/// Reads a posture \[rad or m\] from a file with one number for each joint, or from the first sample
-/// of a recording. A recording is read as its cell describes it, or else as a table with didim's own
-/// columns.
+/// Reads a posture \[rad or m\] from a file with one number for each joint, or from the first
+/// sample of a recording. A recording is read as its cell describes it, or else as a table with
+/// didim's own columns.
 pub(super) fn read_first_posture(
     file: &Path,
     robot: &Robot,

@@ -88,14 +88,14 @@ fn packages_are_searched_in_folders() {
     let folder = tempfile::tempdir().unwrap();
     let urdf = folder.path().join("ws/src/arm_v2/urdf/arm.urdf");
     let mesh = write(folder.path(), "ws/src/arm_v2/meshes/a.stl", STL);
-    let given = write(folder.path(), "elsewhere/tool/meshes/b.stl", STL);
-    let other = [folder.path().join("elsewhere")];
+    let tool = write(folder.path(), "other/tool/meshes/b.stl", STL);
+    let other = [folder.path().join("other")];
     let (alone, with) = (MeshFolders::new(&urdf, &[]), MeshFolders::new(&urdf, &other));
     let absolute = format!("file://{}", mesh.display());
     for name in ["package://arm_v2/meshes/a.stl", "package://arm/meshes/a.stl", "meshes/a.stl"] {
         assert!(alone.read_points(name).is_ok(), "{name}");
     }
-    assert!(alone.read_points(&absolute).is_ok() && given.is_file());
+    assert!(alone.read_points(&absolute).is_ok() && tool.is_file());
     assert!(alone.read_points("package://tool/meshes/b.stl").unwrap_err().is_missing());
     assert!(with.read_points("package://tool/meshes/b.stl").is_ok());
 }

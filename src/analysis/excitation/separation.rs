@@ -59,7 +59,7 @@ impl RequestedChecks<'_> {
     }
 }
 
-/// What the collision check of a motion covers.
+/// Coverage of the collision check of a motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CheckedLinks {
     /// Name of each link, first that of the base.
@@ -79,8 +79,8 @@ impl CheckedLinks {
     }
 }
 
-/// Creates the shapes that must not collide, from a URDF and its meshes or from a robot file; `None`
-/// if neither has one.
+/// Creates the shapes that must not collide, from a URDF and its meshes or from a robot file;
+/// `None` if neither has one.
 pub(super) fn separated_shapes(
     (robot, urdf): (&Robot, Option<&UrdfArm>),
     file: &Path,

@@ -219,13 +219,13 @@ pub(super) const PAGES: &[CommandPage] = &[
          `--no-plane` say otherwise. Nothing else is checked, and nothing at all without shapes; \
          the last line and the head of every file state the checks. Look at `--preview` and at \
          the motion in a simulation, and first run it at 10 % speed.\n\nPrograms for KUKA and \
-         ABB visit the same positions, but their controllers choose the timing, so the figures do \
-         not hold for them. With `--joints` the other joints stay at rest. `--objective payload` makes \
-         the standard deviations of a load's parameters small, and prints those of its mass, \
-         centre and inertia; torques then include the declared load. `--friction-sweep` moves \
-         each joint there and back at six constant speeds, from a few hundredths of its limit \
-         to half of it; slow ones are shortened to the available time. The head of the file \
-         lists the friction terms that the motion can distinguish.",
+         ABB visit the same positions, but their controllers choose the timing, so the figures \
+         do not hold for them. With `--joints` the other joints stay at rest. `--objective \
+         payload` makes the standard deviations of a load's parameters small, and prints those \
+         of its mass, centre and inertia; torques then include the declared load. \
+         `--friction-sweep` moves each joint there and back at six constant speeds, from a few \
+         hundredths of its limit to half of it; slow ones are shortened to the available time. \
+         The head of the file lists the friction terms that the motion can distinguish.",
         &[
             [
                 "didim design --cell cell.toml --result result.json --duration 20 --out next.csv \
