@@ -53,6 +53,7 @@ fn task_of(robot: &Robot, base: &BaseParameters, result: &Estimate, duration_s: 
         bounds: Bounds::new(robot, Margins::default(), None, Some(nominal)).unwrap(),
         model: Model::new(robot),
         duration_s,
+        first_posture: None,
         moving_joints: vec![true; robot.joints()],
         columns,
         prior_information: DMatrix::zeros(count, count),

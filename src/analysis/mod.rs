@@ -21,8 +21,9 @@ pub use bus_log::{LogError, read_log};
 pub use choices::{Choice, ChoiceError, DataChoices};
 pub use counted::{CountError, CountedPiece, check_cell_rate, count_samples, measurement_pairs};
 pub use excitation::{
-    AdviceForResult, Assignment, AssignmentError, DesignedMotion, ExpectationError,
-    ExpectedParameter, RequestedDesign, TaskParameter, WantedLoad, expectation_line,
+    AdviceForResult, Assignment, AssignmentError, CheckedLinks, DesignedMotion, ExpectationError,
+    ExpectedParameter, Floor, RequestedChecks, RequestedDesign, ShapeProblem, TaskParameter,
+    UnreadShape, WantedLoad, expectation_line,
 };
 pub use export::{ConsistentError, ConsistentModel, Exported, Format, NO_FRICTION, WriteError};
 pub use gains::{FindGainsError, FoundGain, FoundGains, find_drive_gains};

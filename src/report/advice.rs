@@ -231,7 +231,7 @@ fn remaining_text(assignment: &Assignment, advised: &AdviceForResult, then: &[f6
     let noise = if assignment.measured_noise { "the residuals of the result" } else { "ASSUMED" };
     let _ = writeln!(text, "noise: {noise}; each σ is with the result and all pieces before it");
     if !advice.motions.is_empty() {
-        text += closing_warning(assignment);
+        text += &closing_warning(assignment);
     }
     text
 }

@@ -3,12 +3,15 @@
 
 use didim_identification::excitation::{
     CHECK_HZ, Course as _, Design, LimitKind, MIN_GAP_M, Nearest, Neighbour, Predicted,
-    SweepDesign, UsedLimit,
+    SweepDesign, UsedLimit, WallKind,
 };
 use didim_identification::identification::{KnownLoad, Payload, UncertainValue};
 
 use super::payload::{AXIS_NAMES, INERTIA_NAMES};
-use crate::analysis::{Assignment, ExpectedParameter, TaskParameter, WantedLoad, expectation_line};
+use crate::analysis::{
+    Assignment, ExpectedParameter, Floor, ShapeProblem, TaskParameter, UnreadShape, WantedLoad,
+    expectation_line,
+};
 use crate::text::{align_table, significant_digits};
 
 /// Returns the header of a motion file: the arm, the limits, the checks, and the [expected
@@ -200,74 +203,139 @@ pub(super) fn expectation_summary(parameters: &[ExpectedParameter]) -> String {
     )
 }
 
-/// Describes the collision checks, the narrowest gap, and the parts that were not checked.
-fn collision_words(assignment: &Assignment, nearest: Option<Nearest>) -> Vec<String> {
-    let mut lines = Vec::new();
-    let link = |number: usize| match number {
-        0 => "the base".to_owned(),
-        number => format!("link {number}"),
+/// States in one line which links are checked against what.
+pub fn collision_statement(assignment: &Assignment) -> String {
+    let links = &assignment.checked_links;
+    let moving = links.names.len().saturating_sub(1);
+    let Some(shapes) = assignment.task.bounds.separated_shapes() else {
+        let remedy = match (links.unread.is_empty(), links.is_urdf) {
+            (false, _) => unread_text(&links.unread),
+            (true, true) => "the URDF has no shapes; state <collision>".to_owned(),
+            (true, false) => "no shapes are known; state `capsules` in the robot file".to_owned(),
+        };
+        return format!("NO collision check: {remedy}");
     };
-    let pair = |of: usize, other: Neighbour| match other {
-        Neighbour::Link(other) => format!("{} and {}", link(of), link(other)),
-        Neighbour::Side => format!("{} and the box", link(of)),
+    let is_checked =
+        |link: &usize| !shapes.links_without_shape.contains(link) && links.is_read(*link);
+    let checked = (1..=moving).filter(is_checked).count();
+    let floor = match (shapes.has_wall(WallKind::Floor), links.floor) {
+        (true, Floor::Height(height_m)) => format!("the floor at z = {height_m} m"),
+        (true, _) => "the floor (mounting plane)".to_owned(),
+        (false, _) => "NO floor".to_owned(),
     };
-    match assignment.task.bounds.separated_shapes() {
-        None => lines.push(
-            "Collision NOT checked: neither of the arm with itself nor with anything around it."
-                .into(),
-        ),
-        Some(shapes) => {
-            let inside =
-                if shapes.has_box { ", and all links but the base inside the box" } else { "" };
-            let near = nearest.map_or_else(String::new, |of| {
-                format!(" Nearest: {}, {:.0} mm.", pair(of.link, of.neighbour), 1e3 * of.gap_m)
-            });
-            lines.push(format!(
-                "Collision checked at {CHECK_HZ} points per second by the stated shapes, {:.0} mm \
-                 apart: links that no joint connects{inside}.{near}",
-                1e3 * MIN_GAP_M
-            ));
-            lines.push(format!(
-                "Collision NOT checked: links that a joint connects, tool, load, cables, and \
-                anything {}.",
-                if shapes.has_box { "inside the box" } else { "around the arm" }
-            ));
-            if !shapes.links_without_shape.is_empty() {
-                let links: Vec<String> =
-                    shapes.links_without_shape.iter().map(|of| link(*of)).collect();
-                lines.push(format!(
-                    "Collision NOT checked, for they have no shape: {}.",
-                    links.join(", ")
-                ));
-            }
-            if !shapes.always_near.is_empty() {
-                let pairs: Vec<String> =
-                    shapes.always_near.iter().map(|(of, other)| pair(*of, *other)).collect();
-                lines.push(format!(
-                    "Collision NOT checked, for their shapes are near in every posture: {}.",
-                    pairs.join("; ")
-                ));
-            }
-        }
-    }
-    if !assignment.unread_shapes.is_empty() {
-        lines.push(format!(
-            "Collision NOT checked, for their collision shapes are meshes, or cannot be read: {}.",
-            assignment.unread_shapes.join(", ")
+    let inside = if shapes.has_wall(WallKind::Side) { " and the box" } else { "" };
+    let unread = match links.unread.is_empty() {
+        true => String::new(),
+        false => format!("; NOT checked: {}", unread_text(&links.unread)),
+    };
+    format!("{checked} of {moving} links checked against each other and {floor}{inside}{unread}")
+}
+
+/// Lists the shapes that are not checked, with a remedy.
+fn unread_text(unread: &[UnreadShape]) -> String {
+    let mut parts = Vec::new();
+    let missing = |of: &&UnreadShape| matches!(of.problem, ShapeProblem::MissingMesh(_));
+    let missing: Vec<&UnreadShape> = unread.iter().filter(missing).collect();
+    if let Some(UnreadShape { problem: ShapeProblem::MissingMesh(name), .. }) = missing.first() {
+        let links = names_once(missing.iter().map(|of| of.link.as_str()));
+        parts.push(format!(
+            "meshes not found ({links}; {name}), give the folder of their packages by \
+             --package-path"
         ));
     }
+    let other = unread.iter().filter_map(|of| match &of.problem {
+        ShapeProblem::MissingMesh(_) => None,
+        ShapeProblem::UnreadableMesh(problem) => Some(format!("{} ({problem})", of.link)),
+        ShapeProblem::Unreadable => {
+            Some(format!("{} (a shape of no size or of an unknown kind)", of.link))
+        }
+    });
+    parts.extend(other);
+    parts.join("; ")
+}
+
+/// Joins names with commas, each once.
+fn names_once<'a>(names: impl Iterator<Item = &'a str>) -> String {
+    let mut listed: Vec<&str> = Vec::new();
+    for name in names {
+        if !listed.contains(&name) {
+            listed.push(name);
+        }
+    }
+    listed.join(", ")
+}
+
+/// Describes the collision checks, the narrowest gap, and the parts that were not checked.
+fn collision_words(assignment: &Assignment, nearest: Option<Nearest>) -> Vec<String> {
+    let mut lines = vec![format!("Collision: {}.", collision_statement(assignment))];
+    if assignment.task.bounds.separated_shapes().is_none() {
+        lines.push(
+            "Collision NOT checked: neither of the arm with itself nor with anything around it."
+                .into(),
+        );
+        return lines;
+    }
+    let names = &assignment.checked_links.names;
+    let near = nearest.map_or_else(String::new, |of| {
+        let pair = pair_text(names, of.link, of.neighbour);
+        format!(" Nearest: {pair}, {:.0} mm.", 1e3 * of.gap_m)
+    });
+    lines.push(format!(
+        "Collision checked at {CHECK_HZ} points per second by convex shapes, at least {:.0} mm \
+         apart.{near}",
+        1e3 * MIN_GAP_M
+    ));
+    lines.push(
+        "Collision NOT checked: links that a joint connects, the base with floor and box, tool, \
+         load, cables, and anything else around the arm."
+            .to_owned(),
+    );
+    lines.extend(left_out_text(assignment));
     lines
 }
 
-/// Returns the last line of the output.
-pub(super) fn closing_warning(assignment: &Assignment) -> &'static str {
-    match assignment.task.bounds.separated_shapes() {
-        None => "collision NOT checked; first run it at 10 % speed\n",
-        Some(_) => {
-            "collision checked by the stated shapes alone, as the head of a file says; first run \
-            it at 10 % speed\n"
-        }
-    }
+/// Lists the links without a shape and the excluded pairs.
+fn left_out_text(assignment: &Assignment) -> Vec<String> {
+    let Some(shapes) = assignment.task.bounds.separated_shapes() else { return Vec::new() };
+    let names = &assignment.checked_links.names;
+    let shapeless = shapes.links_without_shape.iter().map(|link| link_text(names, *link));
+    let pairs = |pairs: &[(usize, Neighbour)]| {
+        pairs.iter().map(|(of, other)| pair_text(names, *of, *other)).collect::<Vec<_>>()
+    };
+    let touching = match assignment.task.first_posture {
+        Some(_) => "their shapes overlap in the first posture",
+        None => "their shapes overlap in the middle of the joints' ranges",
+    };
+    let lists = [
+        ("they have no shape", shapeless.collect()),
+        ("their shapes are near in every posture", pairs(&shapes.always_near)),
+        (touching, pairs(&shapes.touching_at_reference)),
+    ];
+    let lines = lists
+        .into_iter()
+        .filter(|(_, list)| !list.is_empty())
+        .map(|(reason, list)| format!("Collision NOT checked, for {reason}: {}.", list.join("; ")));
+    lines.collect()
+}
+
+fn link_text(names: &[String], number: usize) -> String {
+    names.get(number).cloned().unwrap_or_else(|| format!("link {number}"))
+}
+
+fn pair_text(names: &[String], link: usize, neighbour: Neighbour) -> String {
+    let other = match neighbour {
+        Neighbour::Link(other) => link_text(names, other),
+        Neighbour::Wall(WallKind::Side) => "the box".to_owned(),
+        Neighbour::Wall(WallKind::Floor) => "the floor".to_owned(),
+    };
+    format!("{} and {other}", link_text(names, link))
+}
+
+/// Returns the last lines of the output.
+pub(super) fn closing_warning(assignment: &Assignment) -> String {
+    let left_out = left_out_text(assignment).into_iter().map(|line| line + "\n");
+    left_out.collect::<String>()
+        + &format!("{}; first run it at 10 % speed\n", collision_statement(assignment))
 }
 
 fn limit_text(used: &UsedLimit) -> String {
@@ -312,7 +380,7 @@ pub fn conditions_text(assignment: &Assignment, used: &[UsedLimit]) -> String {
     if let Some(moving) = moving_joints_text(assignment) {
         text += &format!("{} at rest\n", moving.to_lowercase());
     }
-    text + closing_warning(assignment)
+    text + &closing_warning(assignment)
 }
 
 /// Formats the known and the predicted uncertainty of each parameter.

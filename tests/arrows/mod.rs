@@ -49,8 +49,8 @@ const ORDER: [(&str, &str); 14] = [
     ("crates/lab/src", "lib report study comparison"),
     (
         "crates/cli/src",
-        "lib command stored_result choices input stream outcome state required_uses \
-        torque_joints next names terminal output error notes progress",
+        "lib command stored_result choices first_posture input stream outcome state \
+        required_uses torque_joints next names terminal output error notes progress",
     ),
     (
         "crates/cli/src/command",

@@ -8,6 +8,7 @@
 mod choices;
 mod command;
 mod error;
+mod first_posture;
 mod input;
 mod names;
 mod next;

@@ -2,7 +2,7 @@
 
 use std::ffi::OsStr;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
@@ -130,19 +130,190 @@ fn collisions_are_checked_where_shapes_are_stated_and_the_motion_can_be_inspecte
         &page,
     ];
     let texts = design(&arm, &[&out]);
-    assert!(texts[0].contains("by the stated shapes alone"), "{}", texts[0]);
-    for part in [
-        "inside the box. Nearest: link ",
-        "they have no shape: the base",
-        "near in every posture: ",
-    ] {
+    let statement = "6 of 6 links checked against each other and NO floor and the box";
+    assert!(texts[0].contains(statement) && texts[1].contains(statement), "{}", texts[0]);
+    for part in ["apart. Nearest: link ", "they have no shape: the base", "near in every posture: "]
+    {
         assert!(texts[1].contains(part), "{part}: {:.2000}", texts[1]);
     }
     let html = fs::read_to_string(&page).unwrap();
-    for part in ["joint 6", "class=\"tip\"", "Collision checked at 5000 points"] {
+    for part in ["joint 6", "class=\"tip\"", "Collision checked at 5000 points", statement] {
         assert!(html.contains(part), "{part}");
     }
     assert!(!html.contains("<script"));
+}
+
+/// Triangles of a box from z = 0 along z.
+fn box_stl(half_m: f64, length_m: f64) -> String {
+    let mut text = "solid box\n".to_owned();
+    for [a, b, c] in [[0, 1, 2], [1, 3, 2], [4, 5, 6], [5, 7, 6], [0, 1, 4], [2, 3, 6]] {
+        text += "facet normal 0 0 0\nouter loop\n";
+        for corner in [a, b, c] {
+            let side = |bit: i32| if corner >> bit & 1 == 1 { half_m } else { -half_m };
+            let z = if corner >> 2 & 1 == 1 { length_m } else { 0.0 };
+            text += &format!("vertex {} {} {z}\n", side(0), side(1));
+        }
+        text += "endloop\nendfacet\n";
+    }
+    text + "endsolid box\n"
+}
+
+/// An arm that turns about z and twice about y, with links of 0.4 m. Its shoulder is 0.2 m above
+/// its mounting plane, and the middle of its ranges is above that plane.
+fn mesh_arm(folder: &Path) -> PathBuf {
+    let package = folder.join("ws/arm_description");
+    for (name, length_m) in [("post.stl", 0.1), ("link.stl", 0.4)] {
+        fs::create_dir_all(package.join("meshes")).unwrap();
+        fs::write(package.join("meshes").join(name), box_stl(0.04, length_m)).unwrap();
+    }
+    let link = |name: &str, mesh: &str| {
+        format!(
+            "<link name=\"{name}\"><inertial><origin xyz=\"0 0 0.1\"/><mass value=\"2\"/>\
+             <inertia ixx=\"0.03\" iyy=\"0.03\" izz=\"0.01\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/>\
+             </inertial><collision><geometry>\
+             <mesh filename=\"package://arm_description/meshes/{mesh}\"/></geometry></collision>\
+             </link>"
+        )
+    };
+    let joint = |parent: &str, child: &str, axis: &str, z: f64, [low, high]: [f64; 2]| {
+        format!(
+            "<joint name=\"to_{child}\" type=\"revolute\"><parent link=\"{parent}\"/>\
+             <child link=\"{child}\"/><origin xyz=\"0 0 {z}\"/><axis xyz=\"{axis}\"/>\
+             <limit lower=\"{low}\" upper=\"{high}\" effort=\"300\" velocity=\"4\"/></joint>"
+        )
+    };
+    let parts = [
+        link("base", "post.stl"),
+        link("post", "post.stl"),
+        link("upper", "link.stl"),
+        link("fore", "link.stl"),
+        joint("base", "post", "0 0 1", 0.1, [-3.0, 3.0]),
+        joint("post", "upper", "0 1 0", 0.1, [0.9, 3.0]),
+        joint("upper", "fore", "0 1 0", 0.4, [-2.0, 0.0]),
+    ];
+    let urdf = package.join("urdf/arm.urdf");
+    fs::create_dir_all(urdf.parent().unwrap()).unwrap();
+    fs::write(&urdf, format!("<robot name=\"meshes\">{}</robot>", parts.concat())).unwrap();
+    urdf
+}
+
+/// Positions along a motion's table.
+fn positions(table: &str) -> Vec<[f64; 3]> {
+    let rows = table.lines().filter(|line| line.starts_with(|of: char| of.is_ascii_digit()));
+    let numbers = |line: &str| -> Vec<f64> {
+        line.split(',').skip(1).take(3).map(|number| number.parse().unwrap()).collect()
+    };
+    rows.map(|line| numbers(line).try_into().unwrap()).collect()
+}
+
+/// The lower of elbow and tip.
+fn height_m([_, q2, q3]: [f64; 3]) -> f64 {
+    let elbow = 0.2 + 0.4 * q2.cos();
+    elbow.min(elbow + 0.4 * (q2 + q3).cos())
+}
+
+fn lowest_m(table: &str) -> f64 {
+    positions(table).into_iter().map(height_m).fold(f64::INFINITY, f64::min)
+}
+
+#[test]
+fn an_arm_of_meshes_stays_above_its_mounting_plane() {
+    let folder = tempfile::tempdir().unwrap();
+    let (urdf, out) = (mesh_arm(folder.path()), folder.path().join("next.csv"));
+    let designed = |floor: &[&dyn AsRef<OsStr>]| {
+        let fixed: [&dyn AsRef<OsStr>; 9] =
+            [&"design", &"--robot", &urdf, &"--duration", &"4", &"--steps", &"40", &"--out", &out];
+        [succeed(&[&fixed[..], floor].concat()), fs::read_to_string(&out).unwrap()]
+    };
+    let statement = "3 of 3 links checked against each other and the floor (mounting plane)";
+    let texts = designed(&[]);
+    assert!(texts.iter().all(|text| text.contains(statement)), "{}\n{:.3000}", texts[0], texts[1]);
+    // The corners of a link are 40 mm from its axis, and 20 mm stay free.
+    assert!(lowest_m(&texts[1]) > 0.02, "{}", lowest_m(&texts[1]));
+    // The post stands on the plane and is no obstacle to that.
+    assert!(positions(&texts[1]).len() > 1000);
+    let free = designed(&[&"--no-plane"]);
+    assert!(free[0].contains("NO floor"), "{}", free[0]);
+    let dips = lowest_m(&free[1]);
+    let high = designed(&[&"--floor=-0.1"]);
+    let lower = lowest_m(&high[1]);
+    println!("without a plane {dips:.3} m, floor at -0.1 m {lower:.3} m");
+    assert!(dips < 0.0 && lower > -0.08, "{dips} {lower}");
+    assert!(high[0].contains("the floor at z = -0.1 m"), "{}", high[0]);
+}
+
+#[test]
+fn missing_meshes_are_named_and_searched_in_folders() {
+    let folder = tempfile::tempdir().unwrap();
+    let (urdf, out) = (mesh_arm(folder.path()), folder.path().join("next.csv"));
+    let page = folder.path().join("next.html");
+    let other = folder.path().join("moved/arm_description");
+    fs::create_dir_all(&other).unwrap();
+    fs::rename(urdf.with_file_name("../meshes"), other.join("meshes")).unwrap();
+    let arm: [&dyn AsRef<OsStr>; 6] = [&"--robot", &urdf, &"--duration", &"2", &"--preview", &page];
+    let statement = "NO collision check: meshes not found (base, post, upper, fore; \
+                     package://arm_description/meshes/post.stl)";
+    let mut texts = design(&arm, &[&out]);
+    texts.push(fs::read_to_string(&page).unwrap());
+    assert!(texts.iter().all(|text| text.contains(statement)), "{}", texts[0]);
+    let path: [&dyn AsRef<OsStr>; 2] = [&"--package-path", &other.parent().unwrap()];
+    let texts = design(&[&arm[..], &path].concat(), &[&out]);
+    assert!(texts[0].contains("3 of 3 links checked"), "{}", texts[0]);
+    // One of two meshes: the links with the other one are named.
+    fs::write(other.join("meshes/link.stl"), "solid none").unwrap();
+    let texts = design(&[&arm[..], &path].concat(), &[&out]);
+    assert!(texts[0].contains("1 of 3 links checked"), "{}", texts[0]);
+    assert!(texts[0].contains("NOT checked: upper ("), "{}", texts[0]);
+}
+
+#[test]
+fn a_motion_begins_where_the_arm_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let (urdf, out) = (mesh_arm(folder.path()), folder.path().join("next.csv"));
+    let [start, recording] = ["start.txt", "recording.csv"].map(|of| folder.path().join(of));
+    let first = [0.3, 1.2, -0.4];
+    fs::write(&start, "0.3, 1.2\n-0.4\n").unwrap();
+    let fixed: [&dyn AsRef<OsStr>; 4] = [&"--robot", &urdf, &"--duration", &"2"];
+    let texts = design(&[&fixed[..], &[&"--start", &start]].concat(), &[&out]);
+    fs::write(
+        &recording,
+        "time_s,joint_position_rad_1,joint_position_rad_2,joint_position_rad_3,\
+         joint_torque_nm_1,joint_torque_nm_2,joint_torque_nm_3\n\
+         0,0.3,1.2,-0.4,0,0,0\n0.01,0.4,1.2,-0.4,0,0,0\n0.02,0.5,1.2,-0.4,0,0,0\n",
+    )
+    .unwrap();
+    let recorded = design(&[&fixed[..], &[&"--start", &recording]].concat(), &[&out]);
+    assert_eq!(texts, recorded);
+    let rows = positions(&texts[1]);
+    for row in [rows[0], rows[rows.len() - 1]] {
+        let off = row.iter().zip(first).map(|(of, first)| (of - first).abs()).fold(0.0, f64::max);
+        assert!(off < 1e-6, "{row:?}");
+    }
+    for (angles, part) in [
+        ("0.3 2.5 -0.1", "and the floor, which overlap"),
+        ("0.3 1.2 -0.01", "the position of joint 3 is 1.1"),
+        ("0.3 0.5", "it has 2 numbers, and the arm has 3 joints"),
+    ] {
+        fs::write(&start, angles).unwrap();
+        let refused = didim(
+            &[&[&"design" as &dyn AsRef<OsStr>, &"--out", &out, &"--start", &start], &fixed[..]]
+                .concat(),
+        );
+        assert!(refused.code != Some(0) && refused.stderr.contains(part), "{refused:?}");
+    }
+}
+
+#[test]
+fn an_arm_that_cannot_hold_itself_is_named_as_that() {
+    let folder = tempfile::tempdir().unwrap();
+    let [robot, out] = ["arm.toml", "next.csv"].map(|of| folder.path().join(of));
+    let text = fs::read_to_string(repository("config/robots/tx40.toml")).unwrap();
+    let second = text.match_indices("torque_max_nm = ").nth(1).unwrap().0;
+    let end = second + text[second..].find('\n').unwrap();
+    fs::write(&robot, format!("{}torque_max_nm = 0.01{}", &text[..second], &text[end..])).unwrap();
+    let refused = didim(&[&"design", &"--robot", &robot, &"--duration", &"3", &"--out", &out]);
+    assert!(refused.stderr.contains("cannot hold itself") && !out.exists(), "{refused:?}");
+    assert!(refused.stderr.contains("joint 2"), "{refused:?}");
 }
 
 #[test]
@@ -194,7 +365,7 @@ fn what_a_result_lacks_is_said_in_motions_that_a_person_can_program() {
         " and back, ",
         "would bring σ of ",
         "the residuals of the result",
-        "collision NOT checked",
+        "NO collision check: no shapes are known",
     ] {
         assert!(text.contains(part), "{part}: {text}");
     }
@@ -410,7 +581,7 @@ fn what_cannot_be_designed_is_refused() {
         (refused(&ur5e, &table, &[]), 78, "give --acceleration"),
         (refused(&panda, &script, &[]), 1, "this arm has 7 joints"),
         (refused(&tx40, &table, &[&"--parameters", &"zz9"]), 78, "no parameter `zz9`"),
-        (refused(&tx40, &table, &[&"--box=-1,-1,0,1,1,1"]), 78, "state `capsules`"),
+        (refused(&tx40, &table, &[&"--box=-1,-1,0,1,1,1"]), 78, "State `capsules`"),
         (refused(&tx40, &table, &[&"--box=-1,-1,0"]), 2, "give six numbers"),
         (refused(&tx40, &table, &[&"--speed", &"200"]), 78, "the share of the speed"),
         (refused(&tx40, &table, &[&"--acceleration", &"1,2"]), 78, "2 values for 6 joints"),

@@ -1,5 +1,5 @@
-//! The one place that catches panics of the Parquet library: it asserts properties of complete
-//! files.
+//! The one place that catches panics of libraries that assert properties of complete files: those
+//! of Parquet and of meshes.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 

@@ -69,10 +69,10 @@ mod columns;
 mod container;
 mod export;
 mod free_memory;
-#[cfg(feature = "parquet")]
 mod guarded;
 mod long_table;
 mod measurement;
+mod mesh;
 mod missing_values;
 mod motion;
 mod record;
@@ -96,6 +96,7 @@ pub use export::{
 };
 pub use long_table::{LongColumn, LongFormat, LongTableError, LongValues, read_long_table};
 pub use measurement::{Measurement, Side};
+pub use mesh::{MeshError, MeshFolders};
 pub use missing_values::{DisjointColumns, MissingValues};
 pub use motion::{MotionError, MotionFile, MotionFormat, MotionPoints, read_motion};
 pub use record::{Piece, Record};
@@ -107,4 +108,7 @@ pub use table::{
 };
 pub use time_limits::TimeLimits;
 pub use uniform::{Resampled, TimesError};
-pub use urdf::{UnreadAttribute, UrdfArm, UrdfDrives, UrdfError, UrdfNote, UrdfValues, WRITTEN_BY};
+pub use urdf::{
+    UnreadAttribute, UrdfArm, UrdfDrives, UrdfError, UrdfGeometry, UrdfNote, UrdfShape, UrdfValues,
+    WRITTEN_BY,
+};

@@ -16,7 +16,7 @@ fn arm() -> Robot {
 /// coal's.
 fn missed(table: &str) -> [usize; 2] {
     let robot = arm();
-    let (shapes, model) = (Shapes::new(&robot, None).unwrap(), Model::new(&robot));
+    let (shapes, model) = (Shapes::new(&robot, &[]).unwrap(), Model::new(&robot));
     assert!(shapes.always_near.is_empty(), "{:?}", shapes.always_near);
     assert!(shapes.links_without_shape.is_empty());
     let mut counts = [0; 2];
@@ -54,20 +54,20 @@ fn no_collision_is_missed() {
     assert!(collisions > 100 && missed == 0);
 }
 
-/// Meshes and shapes of no size are named and not read.
+/// Shapes of no size are named and not read; meshes are in other files.
 #[test]
 fn what_is_not_read_is_named() {
     let text = include_str!("golden/collisions.urdf");
     for (from, to, link) in [
-        ("<sphere radius=\"0.04\"/>", "<mesh filename=\"l5.stl\"/>", 5),
+        ("<sphere radius=\"0.04\"/>", "<mesh scale=\"1 1 1\"/>", 5),
         ("radius=\"0.04\"", "radius=\"0\"", 5),
         ("radius=\"0.04\"", "", 5),
         ("size=\"0.1 0.08 0.44\"", "", 2),
         ("size=\"0.1 0.08 0.44\"", "size=\"0.1 0.0 0.44\"", 2),
     ] {
         let arm = UrdfArm::read(&text.replacen(from, to, 1), None, None).unwrap();
-        assert_eq!(arm.unread_shapes(), [format!("l{link}")], "{to}");
+        assert_eq!(arm.unread_shapes(), [(format!("l{link}"), link)], "{to}");
         let robot = Robot::from_toml(&arm.to_toml(&UrdfDrives::with_assumed_drives(6))).unwrap();
-        assert_eq!(Shapes::new(&robot, None).unwrap().links_without_shape, [link]);
+        assert_eq!(Shapes::new(&robot, &[]).unwrap().links_without_shape, [link]);
     }
 }

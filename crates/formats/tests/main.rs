@@ -11,6 +11,7 @@ mod bag_writer;
 mod code;
 mod collisions;
 mod export;
+mod meshes;
 mod motion;
 #[cfg(feature = "parquet")]
 mod parquet;

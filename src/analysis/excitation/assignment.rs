@@ -1,13 +1,15 @@
 //! The task of a designed motion. It is created from an arm alone, or from a cell and a stored
 //! result with insufficient parameters.
 
+use std::path::Path;
+
 use didim_dynamics::Signals;
 use didim_dynamics::dynamics::{BaseParameters, Model};
 use didim_dynamics::robot::{JointIndex, Limits, Parameter, ParameterKind, Robot};
 use didim_formats::UrdfArm;
 use didim_identification::excitation::{
-    Bounds, Corners, Course, DesignObjective, ExcitationError, Margins, Noise, Shapes, Task,
-    first_motion, rows, simulate_record,
+    Bounds, Course, DesignObjective, ExcitationError, Margins, Noise, Task, first_motion, rows,
+    simulate_record,
 };
 use didim_identification::identification::{
     DeclaredLoad, Experiment, IdentificationError, KnownLoad, LoadSums, Payload, PayloadError,
@@ -16,6 +18,7 @@ use didim_identification::identification::{
 use nalgebra::DMatrix;
 
 use super::assumptions::DesignAssumptions;
+use super::separation::{CheckedLinks, RequestedChecks, separated_shapes};
 use crate::analysis::identify::IdentifyError;
 use crate::analysis::payload::LoadError;
 use crate::analysis::stored_model::StoredModel;
@@ -54,11 +57,11 @@ pub enum AssignmentError {
         /// The joint.
         joint: JointIndex,
     },
-    /// A box is configured, but the robot file has no shapes of the links. Configure shapes, or
-    /// remove the box.
+    /// A box or a floor is configured, but the links have no shapes. Configure shapes, or leave
+    /// both out.
     #[error(
-        "a box is configured, but the size of the links is unknown; state `capsules` in the \
-            robot file, or leave the box out"
+        "a box or a floor is configured, but the size of the links is unknown. State `capsules` in \
+         the robot file, or give the folder of a URDF's meshes by --package-path"
     )]
     NoShapes,
 }
@@ -72,8 +75,11 @@ pub struct RequestedDesign<'a> {
     pub margins: Margins,
     /// Largest acceleration of each joint, in place of the robot file's value \[rad/s²\].
     pub accelerations: Option<&'a [f64]>,
-    /// Box in the base frame that the arm stays in.
-    pub box_corners: Option<Corners>,
+    /// Requested collision checks.
+    pub checks: RequestedChecks<'a>,
+    /// First posture of the motion \[rad or m\]; `None` for any. Then links that overlap in the
+    /// middle of the ranges count as larger than they are.
+    pub first_posture: Option<&'a [f64]>,
     /// Joints that move, counted from 1. `None` for all joints.
     pub moving_joints: Option<&'a [usize]>,
     /// Load on the last link, which is identified instead of the arm's parameters.
@@ -146,8 +152,8 @@ pub struct Assignment {
     pub measured_noise: bool,
     /// The load to identify.
     pub load: Option<WantedLoad>,
-    /// Links of a URDF whose collision shapes are meshes or cannot be read.
-    pub unread_shapes: Vec<String>,
+    /// Coverage of the collision check.
+    pub checked_links: CheckedLinks,
 }
 
 type Designed<T> = Result<T, AssignmentError>;
@@ -155,6 +161,8 @@ type Designed<T> = Result<T, AssignmentError>;
 /// The arm that a motion is designed for.
 struct DesignArm<'a> {
     robot: &'a Robot,
+    /// File of the robot.
+    file: &'a Path,
     urdf: Option<&'a UrdfArm>,
     base: &'a BaseParameters,
     parameters: Vec<TaskParameter>,
@@ -173,13 +181,14 @@ impl Assignment {
     /// # Errors
     /// [`AssignmentError`].
     pub fn of_robot(
-        source: &RobotSource,
+        (file, source): (&Path, &RobotSource),
         base: &BaseParameters,
         wanted: &RequestedDesign<'_>,
     ) -> Result<Self, AssignmentError> {
         let robot = &source.robot;
         let arm = DesignArm {
             robot,
+            file,
             urdf: source.urdf.as_ref(),
             base,
             parameters: unknown_parameters(robot, base, base.names()),
@@ -207,6 +216,7 @@ impl Assignment {
         let factor = cell.options.decimation_filter.factor;
         let mut arm = DesignArm {
             robot,
+            file: &cell.robot_file,
             urdf: cell.urdf.as_ref(),
             base,
             parameters: Vec::new(),
@@ -347,8 +357,17 @@ impl DesignArm<'_> {
         let measured_noise = self.noise.is_some();
         let deviations = self.noise.map_or_else(|| assumed_noise(robot), Ok)?;
         let count = columns.len();
-        let shapes = Shapes::new(robot, wanted.box_corners);
-        if wanted.box_corners.is_some() && shapes.is_none() {
+        if let Some(first) = wanted.first_posture
+            && first.len() != joints
+        {
+            let (what, expected, found) = ("the first posture", joints, first.len());
+            return Err(ExcitationError::Length { what, expected, found }.into());
+        }
+        let middle = robot.limits().map(|of| 0.5 * (of.position_min + of.position_max));
+        let reference = wanted.first_posture.map_or_else(|| middle.collect(), <[f64]>::to_vec);
+        let arm = (robot, self.urdf);
+        let (shapes, checked_links) = separated_shapes(arm, self.file, &wanted.checks, &reference);
+        if wanted.checks.needs_shapes() && shapes.is_none() {
             return Err(AssignmentError::NoShapes);
         }
         let standard = self.standard_parameters.clone();
@@ -361,6 +380,7 @@ impl DesignArm<'_> {
             model,
             bounds,
             duration_s: wanted.duration_s,
+            first_posture: wanted.first_posture.map(<[f64]>::to_vec),
             moving_joints: (1..=joints).map(moves).collect(),
             columns,
             prior_information,
@@ -383,8 +403,7 @@ impl DesignArm<'_> {
             let standard_parameters = standard.ok_or(AssignmentError::NoCovariance)?;
             load = Some(WantedLoad { expected_load, standard_parameters });
         }
-        let unread_shapes = self.urdf.map_or_else(Vec::new, |arm| arm.unread_shapes().to_vec());
-        Ok(Assignment { task, parameters: self.parameters, measured_noise, load, unread_shapes })
+        Ok(Assignment { task, parameters: self.parameters, measured_noise, load, checked_links })
     }
 }
 

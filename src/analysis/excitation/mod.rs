@@ -5,7 +5,11 @@ mod advice;
 mod assignment;
 mod assumptions;
 mod expectation;
+mod hulls;
+mod separation;
 
 pub use advice::AdviceForResult;
 pub use assignment::{Assignment, AssignmentError, RequestedDesign, TaskParameter, WantedLoad};
 pub use expectation::{DesignedMotion, ExpectationError, ExpectedParameter, expectation_line};
+pub use hulls::{ShapeProblem, UnreadShape};
+pub use separation::{CheckedLinks, Floor, RequestedChecks};

@@ -18,8 +18,13 @@ stroke-linecap:round;opacity:.35}.arm .first{stroke:var(--accent);opacity:1}.arm
 stroke:var(--bad);stroke-width:1;opacity:.8}.arm .ground{stroke:var(--ink);stroke-width:2}";
 
 /// Creates a page with the arm along a motion, and the position and velocity of every joint.
-/// `header` is the header of the motion's files.
-pub fn preview_page(robot: &Robot, motion: &dyn Course, header: &[String]) -> String {
+/// `header` is the header of the motion's files, and `collision` states which links were checked.
+pub fn preview_page(
+    robot: &Robot,
+    motion: &dyn Course,
+    header: &[String],
+    collision: &str,
+) -> String {
     let joints = robot.joints();
     #[expect(clippy::cast_precision_loss, reason = "a few hundred points")]
     let times = |count: usize| -> Vec<f64> {
@@ -41,7 +46,11 @@ pub fn preview_page(robot: &Robot, motion: &dyn Course, header: &[String]) -> St
     let arm = draw_postures(robot, &positions(&times(DRAWN_POSTURES)), &positions(&time_s));
     let title = format!("{} · a motion of {} s", robot.name(), motion.duration_s());
     let content = html! {
-        header { p.kind { "Preview of the motion" } h1 { (robot.name()) } }
+        header {
+            p.kind { "Preview of the motion" }
+            h1 { (robot.name()) }
+            p { strong { (collision) } }
+        }
         main {
             (super::section(
                 "The arm along the motion",

@@ -14,15 +14,18 @@ use didim_identification::identification::KnownLoad;
 use indicatif::ProgressBar;
 
 use crate::CliError;
+use crate::first_posture::read_first_posture;
 use crate::input::{parse_numbers, parse_point, parse_positive, read_robot};
 use crate::notes::print_note;
 use crate::output::{check_outputs, print, write_text};
 use crate::progress::style_bar;
-use didim::analysis::{Assignment, OTHER_CONFIGURATION, RequestedDesign, StoredModel};
+use didim::analysis::{
+    Assignment, Floor, OTHER_CONFIGURATION, RequestedChecks, RequestedDesign, StoredModel,
+};
 use didim::cell::{Cell, CellError, joint_names};
 use didim::report::{
-    CheckedMotion, conditions_text, design_header, design_text, html, load_lines, prediction_lines,
-    sweep_lines, sweep_text,
+    CheckedMotion, collision_statement, conditions_text, design_header, design_text, html,
+    load_lines, prediction_lines, sweep_lines, sweep_text,
 };
 use didim_formats::{MotionFile, MotionFormat};
 
@@ -58,6 +61,11 @@ pub(crate) struct Arguments {
     /// (HTML)
     #[arg(long, value_name = "FILE")]
     preview: Option<PathBuf>,
+    /// The first posture: a file with one angle for each joint, from the base [rad, or m], or a
+    /// recording whose first sample counts. When left out, the search starts in the middle of the
+    /// ranges and chooses the first posture
+    #[arg(long, value_name = "FILE")]
+    start: Option<PathBuf>,
     /// The quantity to minimise
     #[arg(long, value_enum, default_value_t = Objective::Deviations)]
     objective: Objective,
@@ -124,8 +132,8 @@ pub(super) struct LimitShares {
     /// robot file's
     #[arg(long, value_name = "A", value_delimiter = ',', value_parser = parse_positive)]
     acceleration: Option<Vec<f64>>,
-    /// A box that the arm stays in: two opposite corners in the frame of its base [m]; the links
-    /// need shapes
+    /// A box that the arm stays in: two opposite corners in the frame of its base [m], that of the
+    /// base link in a URDF; the links need shapes
     #[arg(
         long = "box",
         value_name = "X,Y,Z,X,Y,Z",
@@ -133,6 +141,25 @@ pub(super) struct LimitShares {
         allow_hyphen_values = true
     )]
     inside: Option<Corners>,
+    /// Height of the floor in the frame of the base [m]. The arm stays above it; for a URDF, the
+    /// floor is the mounting plane when left out: z = 0 of its base link
+    #[arg(long, value_name = "Z", value_parser = parse_height, allow_negative_numbers = true)]
+    floor: Option<f64>,
+    /// No floor: the arm may reach below the plane on which it is mounted
+    #[arg(long, conflicts_with = "floor")]
+    no_plane: bool,
+    /// A folder in which the packages of `package://` are searched for the meshes of a URDF; may be
+    /// given more than once. The folders above the URDF are searched as well
+    #[arg(long, value_name = "FOLDER")]
+    package_path: Vec<PathBuf>,
+}
+
+/// Parses a finite number.
+fn parse_height(text: &str) -> Result<f64, String> {
+    parse_numbers::<1>(text, "give one number").and_then(|[height_m]| match height_m.is_finite() {
+        true => Ok(height_m),
+        false => Err("has to be finite".to_owned()),
+    })
 }
 
 /// Parses six numbers separated by commas.
@@ -147,11 +174,29 @@ fn parse_corners(text: &str) -> Result<Corners, String> {
 
 impl Default for LimitShares {
     fn default() -> Self {
-        Self { speed: 50.0, acceleration: None, inside: None }
+        Self {
+            speed: 50.0,
+            acceleration: None,
+            inside: None,
+            floor: None,
+            no_plane: false,
+            package_path: Vec::new(),
+        }
     }
 }
 
 impl LimitShares {
+    /// Returns the requested collision checks.
+    fn checks(&self) -> RequestedChecks<'_> {
+        let floor = match (self.floor, self.no_plane) {
+            (Some(height_m), _) => Floor::Height(height_m),
+            (None, true) => Floor::Missing,
+            (None, false) => Floor::Mounting,
+        };
+        let package_folders = &self.package_path;
+        RequestedChecks { box_corners: self.inside, floor, package_folders }
+    }
+
     /// Returns one acceleration for each joint; a single value applies to all.
     pub(super) fn accelerations(&self, joints: usize) -> Option<Vec<f64>> {
         self.acceleration.as_ref().map(|accelerations| match accelerations[..] {
@@ -163,7 +208,7 @@ impl LimitShares {
 
 /// Returns the request for a motion of this duration that identifies all parameters.
 pub(super) fn requested_motion<'a>(
-    within: &LimitShares,
+    within: &'a LimitShares,
     accelerations: Option<&'a [f64]>,
     duration_s: f64,
 ) -> RequestedDesign<'a> {
@@ -171,7 +216,8 @@ pub(super) fn requested_motion<'a>(
         duration_s,
         margins: Margins { speed: within.speed / 100.0, ..Margins::default() },
         accelerations,
-        box_corners: within.inside,
+        checks: within.checks(),
+        first_posture: None,
         moving_joints: None,
         load: None,
         parameters: None,
@@ -214,8 +260,8 @@ impl DesignSubject {
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
-    let Arguments { robot, cell, result, out, preview, .. } = arguments;
-    let read = [robot, cell, result].into_iter().flatten().map(PathBuf::as_path);
+    let Arguments { robot, cell, result, out, preview, start, .. } = arguments;
+    let read = [robot, cell, result, start].into_iter().flatten().map(PathBuf::as_path);
     check_outputs(out.iter().chain(preview), &read.collect::<Vec<&Path>>())?;
     let subject = arguments.subject()?;
     let DesignSubject { joints, assignment, .. } = &subject;
@@ -322,7 +368,8 @@ impl Arguments {
         let Some(path) = &self.preview else { return Ok(()) };
         let header =
             design_header(subject.robot.name(), &subject.assignment, checked, predicted, true);
-        write_text(path, &html::preview_page(&subject.robot, motion, &header))
+        let collision = collision_statement(&subject.assignment);
+        write_text(path, &html::preview_page(&subject.robot, motion, &header, &collision))
     }
 
     fn subject(&self) -> Result<DesignSubject, CliError> {
@@ -351,7 +398,11 @@ impl Arguments {
             stored = Some(model);
         }
         let accelerations = self.within.accelerations(cell.robot.joints());
-        let wanted = self.wanted(accelerations.as_deref());
+        let first = match &self.start {
+            Some(file) => Some(read_first_posture(file, &cell.robot, Some(&cell))?),
+            None => None,
+        };
+        let wanted = self.wanted(accelerations.as_deref(), first.as_deref());
         let subject = DesignSubject::of_cell(&cell, stored.as_ref(), &wanted)?;
         Ok(DesignSubject { identified: stored.map(|stored| (cell, stored)), ..subject })
     }
@@ -369,15 +420,24 @@ impl Arguments {
             CliError::from_configuration(CellError::BaseParameters { file, source: error })
         })?;
         let accelerations = self.within.accelerations(robot.joints());
-        let wanted = self.wanted(accelerations.as_deref());
-        let assignment = Assignment::of_robot(&source, &base, &wanted);
+        let first = match &self.start {
+            Some(file) => Some(read_first_posture(file, robot, None)?),
+            None => None,
+        };
+        let wanted = self.wanted(accelerations.as_deref(), first.as_deref());
+        let assignment = Assignment::of_robot((file, &source), &base, &wanted);
         let joints = joint_names(source.urdf.as_ref(), robot.joints());
         let assignment = assignment.map_err(CliError::from_configuration)?;
         Ok(DesignSubject { robot: source.robot, joints, assignment, identified: None })
     }
 
-    fn wanted<'a>(&'a self, accelerations: Option<&'a [f64]>) -> RequestedDesign<'a> {
+    fn wanted<'a>(
+        &'a self,
+        accelerations: Option<&'a [f64]>,
+        first_posture: Option<&'a [f64]>,
+    ) -> RequestedDesign<'a> {
         RequestedDesign {
+            first_posture,
             moving_joints: self.joints.as_deref().or(self.friction_sweep.as_deref()),
             load: self.load(),
             parameters: self.parameters.as_deref(),

@@ -7,11 +7,14 @@ use super::error::UrdfError;
 use super::file::{Body, CollisionCapsule, FileJoint, Inertial, JointType, Link, UrdfFile};
 use super::limits::UrdfLimits;
 use super::note::UrdfNote;
+use super::shape::UrdfShape;
 
 /// A driven joint of the chain, in the frame of the base at q = 0.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct ChainAxis {
     pub(super) name: String,
+    /// Name of the link that it moves.
+    pub(super) link_name: String,
     pub(super) is_prismatic: bool,
     /// A point on the axis.
     pub(super) point_on_axis: Vector3<f64>,
@@ -66,8 +69,10 @@ pub(super) struct Chain {
     /// Capsules about the collision shapes of fixed links below the first axis, in the frame of the
     /// base.
     pub(super) base_capsules: Vec<CollisionCapsule>,
-    /// Links with collision shapes that are meshes, or cannot be read.
-    pub(super) unread_shapes: Vec<String>,
+    /// Shapes of all links, in the frame of the base at q = 0.
+    pub(super) shapes: Vec<UrdfShape>,
+    /// Links with shapes that cannot be read, and the number of the axis that moves each.
+    pub(super) unread_shapes: Vec<(String, usize)>,
     pub(super) notes: Vec<UrdfNote>,
 }
 
@@ -113,6 +118,7 @@ impl UrdfFile {
             up_direction: standing.rotation.inverse() * Vector3::z(),
             has_bodies: true,
             base_capsules: Vec::new(),
+            shapes: Vec::new(),
             unread_shapes: Vec::new(),
             notes: self.notes.clone(),
         };
@@ -127,6 +133,7 @@ impl UrdfFile {
             // The axis is given in the joint's frame, which is that of its child at q = 0.
             let pose = poses[joint.child].unwrap_or_else(IsometryMatrix3::identity);
             let mut axis = axis_of(joint, &pose, &mut chain.notes)?;
+            axis.link_name = name(joint.child);
             axis.rough_angle = rough_angle.take();
             self.attach_fixed_links((joint.child, false), &moving, &poses, &mut axis, &mut chain);
             chain.axes.push(axis);
@@ -142,7 +149,7 @@ impl UrdfFile {
         poses: &[Option<IsometryMatrix3<f64>>],
         chain: &mut Chain,
     ) {
-        let capsules = self.link_capsules(link, poses, chain);
+        let capsules = self.link_capsules((link, false), poses, chain);
         chain.base_capsules.extend(capsules);
         for (k, joint) in self.joints.iter().enumerate() {
             if joint.parent == link && !moving.contains(&k) {
@@ -151,18 +158,28 @@ impl UrdfFile {
         }
     }
 
-    /// Returns the capsules of a link in the frame of the base; shapes that are not read are named.
+    /// Returns the capsules of a link in the frame of the base, and collects its shapes. Names the
+    /// link if some are not read.
     fn link_capsules(
         &self,
-        link: usize,
+        (link, is_moved): (usize, bool),
         poses: &[Option<IsometryMatrix3<f64>>],
         chain: &mut Chain,
     ) -> Vec<CollisionCapsule> {
-        let Link { name, capsules, has_unread_shapes, .. } = &self.links[link];
-        if *has_unread_shapes {
-            chain.unread_shapes.push(name.clone());
+        let Link { name, capsules, shapes, .. } = &self.links[link];
+        // The axis that moves the link is added to the chain after its links.
+        let number = chain.axes.len() + usize::from(is_moved);
+        if shapes.iter().any(Option::is_none) {
+            chain.unread_shapes.push((name.clone(), number));
         }
         let pose = poses[link].unwrap_or_else(IsometryMatrix3::identity);
+        let shapes = shapes.iter().flatten().map(|shape| UrdfShape {
+            link: name.clone(),
+            number,
+            geometry: shape.geometry.clone(),
+            pose: pose * shape.pose,
+        });
+        chain.shapes.extend(shapes);
         capsules.iter().map(|capsule| capsule.seen_from(&pose)).collect()
     }
 
@@ -186,7 +203,7 @@ impl UrdfFile {
             }
             _ => None,
         };
-        let capsules = self.link_capsules(link, poses, chain);
+        let capsules = self.link_capsules((link, true), poses, chain);
         axis.attached_links.push(AttachedLink { link, body, is_off_chain: is_held, capsules });
         for (k, joint) in self.joints.iter().enumerate() {
             if joint.parent == link && !moving.contains(&k) {
@@ -373,6 +390,7 @@ fn axis_of(
     }
     Ok(ChainAxis {
         name,
+        link_name: String::new(),
         is_prismatic: joint.kind == JointType::Prismatic,
         point_on_axis: (pose * Point3::origin()).coords,
         direction: pose.rotation * joint.axis,

@@ -14,6 +14,7 @@ use super::element::{
 use super::error::UrdfError;
 use super::limits::UrdfLimits;
 use super::note::UrdfNote;
+use super::shape::{LinkShape, UrdfGeometry, link_shapes, parse_shape};
 
 /// Maximum number of links and of joints.
 pub(super) const MAX_LINKS: usize = 1000;
@@ -37,8 +38,9 @@ pub(super) struct Link {
     pub(super) inertial_range: Option<Range<usize>>,
     /// Capsules about its collision shapes, in the link's frame.
     pub(super) capsules: Vec<CollisionCapsule>,
-    /// True if the link has other shapes: meshes, or shapes that cannot be read.
-    pub(super) has_unread_shapes: bool,
+    /// Its shapes: those for collisions, or else the visible ones; `None` for one that cannot be
+    /// read.
+    pub(super) shapes: Vec<Option<LinkShape>>,
 }
 
 /// A capsule about a shape: all points within a radius of a segment \[m\].
@@ -243,11 +245,9 @@ impl UrdfFile {
             let (body, element) = (parse_inertial(node)?, element_place(node));
             let inertial = single_child(node, "inertial")?;
             let inertial_range = inertial.map(|inertial| inertial.range());
-            let shapes: Vec<Option<CollisionCapsule>> =
-                child_elements(node, "collision").map(collision_capsule).collect();
-            let has_unread_shapes = shapes.iter().any(Option::is_none);
-            let capsules = shapes.into_iter().flatten().collect();
-            links.push(Link { name, body, element, inertial_range, capsules, has_unread_shapes });
+            let capsules = child_elements(node, "collision").filter_map(collision_capsule);
+            let (capsules, shapes) = (capsules.collect(), link_shapes(node));
+            links.push(Link { name, body, element, inertial_range, capsules, shapes });
         }
         if links.is_empty() {
             return Err(missing("link"));
@@ -284,25 +284,23 @@ fn element_place(node: Node<'_, '_>) -> ElementPlace {
 /// Returns the capsule about a `<collision>`; `None` for a mesh or no shape: no identification
 /// needs it.
 fn collision_capsule(collision: Node<'_, '_>) -> Option<CollisionCapsule> {
-    let geometry = single_child(collision, "geometry").ok()??;
-    let shape = |name| single_child(geometry, name).ok().flatten();
-    let size =
-        |node: Node<'_, '_>, name| number_or_zero(node, name).ok().filter(|size| *size > 0.0);
-    let (half, radius_m) = if let Some(ball) = shape("sphere") {
-        (Vector3::zeros(), size(ball, "radius")?)
-    } else if let Some(rod) = shape("cylinder") {
-        (Vector3::z() * 0.5 * size(rod, "length")?, size(rod, "radius")?)
-    } else {
-        let sides = three_numbers(shape("box")?, "size").ok()?.filter(|sides| sides.min() > 0.0)?;
-        // The segment is along the longest side, through the middle of the others.
-        let (longest, length) = sides.argmax();
-        let mut half = Vector3::zeros();
-        half[longest] = 0.5 * length;
-        (half, 0.5 * (sides - 2.0 * half).norm())
+    let LinkShape { geometry, pose } = parse_shape(collision)?;
+    let (half, radius_m) = match geometry {
+        UrdfGeometry::Sphere { radius_m } => (Vector3::zeros(), radius_m),
+        UrdfGeometry::Cylinder { radius_m, length_m } => (Vector3::z() * 0.5 * length_m, radius_m),
+        UrdfGeometry::Box { size_m } => {
+            // The segment is along the longest side, through the middle of the others.
+            let sides = Vector3::from(size_m);
+            let (longest, length) = sides.argmax();
+            let mut half = Vector3::zeros();
+            half[longest] = 0.5 * length;
+            (half, 0.5 * (sides - 2.0 * half).norm())
+        }
+        UrdfGeometry::Mesh { .. } => return None,
     };
     let capsule =
         CollisionCapsule { end_points: [Point3::from(-half), Point3::from(half)], radius_m };
-    Some(capsule.seen_from(&parse_origin(collision).ok()?))
+    Some(capsule.seen_from(&pose))
 }
 
 fn parse_inertial(link: Node<'_, '_>) -> Result<Inertial, UrdfError> {

@@ -8,17 +8,19 @@ mod file;
 mod limits;
 mod modified_dh;
 mod note;
+mod shape;
 mod static_gravity;
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use nalgebra::Vector3;
+use nalgebra::{IsometryMatrix3, Vector3};
 
 pub use edit::{UrdfValues, WRITTEN_BY};
 pub use error::UrdfError;
 pub(crate) use file::Body;
 pub use note::{UnreadAttribute, UrdfNote};
+pub use shape::{UrdfGeometry, UrdfShape};
 
 use chain::{Chain, ChainAxis};
 use file::{CollisionCapsule, UrdfFile};
@@ -46,7 +48,8 @@ pub struct UrdfArm {
     up_direction: Vector3<f64>,
     has_bodies: bool,
     base_capsules: Vec<CollisionCapsule>,
-    unread_shapes: Vec<String>,
+    shapes: Vec<UrdfShape>,
+    unread_shapes: Vec<(String, usize)>,
     notes: Vec<UrdfNote>,
 }
 
@@ -102,10 +105,16 @@ impl UrdfArm {
             up_direction: up,
             has_bodies,
             base_capsules,
+            shapes,
             unread_shapes,
             mut notes,
         } = chain;
         let placed = place_frames(&axes, &mut notes);
+        let in_link_frame = |shape: UrdfShape| {
+            let frame = placed[shape.number.saturating_sub(1)].frame();
+            UrdfShape { pose: frame.pose().inverse() * shape.pose, ..shape }
+        };
+        let shapes = shapes.into_iter().map(in_link_frame).collect();
         let tip_position_m = tip_pose.translation.vector;
         Ok(Self {
             text,
@@ -118,6 +127,7 @@ impl UrdfArm {
             up_direction: up,
             has_bodies,
             base_capsules,
+            shapes,
             unread_shapes,
             notes,
         })
@@ -133,6 +143,12 @@ impl UrdfArm {
         self.axes.iter().map(|axis| axis.name.as_str())
     }
 
+    /// Returns the names of the base and of the links that the driven joints move.
+    pub fn link_names(&self) -> impl Iterator<Item = &str> {
+        core::iter::once(self.base.as_str())
+            .chain(self.axes.iter().map(|axis| axis.link_name.as_str()))
+    }
+
     /// Returns base and tip.
     pub fn base_and_tip(&self) -> [&str; 2] {
         [&self.base, &self.tip]
@@ -143,9 +159,21 @@ impl UrdfArm {
         self.tip_position_m.into()
     }
 
-    /// Returns the links with collision shapes that are meshes or cannot be read.
-    pub fn unread_shapes(&self) -> &[String] {
+    /// Returns the shapes of the links, from base to tip: those for collisions, or else the visible
+    /// ones.
+    pub fn shapes(&self) -> &[UrdfShape] {
+        &self.shapes
+    }
+
+    /// Returns the links with shapes that cannot be read, and the number of the driven joint that
+    /// moves each; 0 for the base.
+    pub fn unread_shapes(&self) -> &[(String, usize)] {
         &self.unread_shapes
+    }
+
+    /// Returns the pose of the link on which the arm stands in the base frame of the robot file.
+    pub fn base_link_pose(&self) -> IsometryMatrix3<f64> {
+        self.link_parameters[0].frame().pose().inverse()
     }
 
     /// Returns its notes.

@@ -21,6 +21,11 @@ impl<'a> Barrier<'a> {
         Self { model, bounds, workspace: Workspace::new() }
     }
 
+    /// Returns the model of the arm.
+    pub(super) fn model(&self) -> &Model {
+        self.model
+    }
+
     /// Returns the torques along a motion, n × N; `None` if torques are not limited.
     pub(super) fn torques_along(&mut self, [q, dq, ddq, _]: &Motion) -> Option<DMatrix<f64>> {
         let parameters = self.bounds.parameters.as_ref()?;

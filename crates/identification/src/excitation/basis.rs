@@ -19,10 +19,10 @@ pub(super) type Motion = [DMatrix<f64>; 4];
 /// Units of a joint's coordinates.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct CoordinateUnits {
-    /// Mean position at coordinate 0 \[rad or m\].
-    pub(super) mean_position: f64,
-    /// Unit of the mean \[rad or m\].
-    pub(super) mean_unit: f64,
+    /// Position at coordinate 0 \[rad or m\].
+    pub(super) position: f64,
+    /// Unit of that position \[rad or m\].
+    pub(super) position_unit: f64,
     /// Unit of the other coordinates \[rad/s or m/s\].
     pub(super) speed_unit: f64,
 }
@@ -40,11 +40,18 @@ pub(super) struct Basis {
     /// Functions and their derivatives at the samples, m × N each.
     derivatives_at_samples: [DMatrix<f64>; 4],
     units: Vec<CoordinateUnits>,
+    /// True if the first coordinate of a joint is its first position; false if it is its mean.
+    has_first_posture: bool,
 }
 
 impl Basis {
-    /// Creates the basis of a motion of this length, with the units of each joint.
-    pub(super) fn new(duration_s: f64, units: Vec<CoordinateUnits>) -> Self {
+    /// Creates the basis of a motion of this length, with the units of each joint. The first
+    /// coordinate of a joint is its first position with `has_first_posture`, or else its mean.
+    pub(super) fn new(
+        duration_s: f64,
+        units: Vec<CoordinateUnits>,
+        has_first_posture: bool,
+    ) -> Self {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
         let harmonics = (DesignLimits::DEFAULT.highest_hz * duration_s)
             .clamp(FEWEST_HARMONICS as f64, MOST_HARMONICS as f64) as usize;
@@ -67,17 +74,25 @@ impl Basis {
             let mut coefficients = mean.resize_vertically(1 + 2 * (harmonics - 1), 0.0);
             coefficients.rows_mut(1, harmonics - 1).copy_from(&sines);
             coefficients.rows_mut(harmonics, harmonics - 1).copy_from(&cosines);
+            if has_first_posture && order == 0 {
+                // Only the cosines are not 0 at the first sample.
+                for mut function in coefficients.row_iter_mut().skip(harmonics) {
+                    let first = function[0];
+                    function.add_scalar_mut(-first);
+                }
+            }
             coefficients
         });
-        Self { duration_s, sine, cosine, derivatives_at_samples, units }
+        Self { duration_s, sine, cosine, derivatives_at_samples, units, has_first_posture }
     }
 
-    /// Returns the number m of coordinates of each joint: its mean, its sines, its cosines.
+    /// Returns the number m of coordinates of each joint: its mean or first position,
+    /// its sines, its cosines.
     fn width(&self) -> usize {
         self.derivatives_at_samples[0].nrows()
     }
 
-    /// Returns the number n of joints. The first coordinates are the means of the joints.
+    /// Returns the number n of joints. The first coordinates are their positions.
     pub(super) fn joints(&self) -> usize {
         self.units.len()
     }
@@ -96,7 +111,7 @@ impl Basis {
     fn in_units(&self, mut coordinates: DMatrix<f64>) -> DMatrix<f64> {
         for (mut row, unit) in coordinates.row_iter_mut().zip(&self.units) {
             row.iter_mut().skip(1).for_each(|x| *x *= unit.speed_unit);
-            row[0] *= unit.mean_unit;
+            row[0] *= unit.position_unit;
         }
         coordinates
     }
@@ -104,8 +119,8 @@ impl Basis {
     fn matrix(&self, x: &[f64]) -> DMatrix<f64> {
         let coordinates = DMatrix::from_column_slice(self.units.len(), self.width(), x);
         let mut matrix = self.in_units(coordinates);
-        for (mean, unit) in matrix.column_mut(0).iter_mut().zip(&self.units) {
-            *mean += unit.mean_position;
+        for (position, unit) in matrix.column_mut(0).iter_mut().zip(&self.units) {
+            *position += unit.position;
         }
         matrix
     }
@@ -131,15 +146,13 @@ impl Basis {
         let (x, inner) = (self.matrix(x), self.sine.ncols());
         let omega = TAU / self.duration_s;
         let joints = x.row_iter().map(|row| {
-            let coefficients = |basis: &DMatrix<f64>, from: usize| {
+            let coefficients = |basis: &DMatrix<f64>, from: usize| -> Vec<f64> {
                 let speeds = basis * row.columns(from, inner).transpose();
                 speeds.iter().enumerate().map(|(k, v)| v / ((1.0 + k as f64) * omega)).collect()
             };
-            JointSeries {
-                mean: row[0],
-                sine: coefficients(&self.sine, 1),
-                cosine: coefficients(&self.cosine, 1 + inner),
-            }
+            let cosine = coefficients(&self.cosine, 1 + inner);
+            let first: f64 = if self.has_first_posture { cosine.iter().sum() } else { 0.0 };
+            JointSeries { mean: row[0] - first, sine: coefficients(&self.sine, 1), cosine }
         });
         FourierSeries { duration_s: self.duration_s, joints: joints.collect() }
     }
@@ -170,12 +183,19 @@ mod tests {
 
     #[test]
     fn a_series_is_its_motion_and_rests_at_both_ends() {
+        for has_first_posture in [false, true] {
+            check_series(has_first_posture);
+        }
+    }
+
+    fn check_series(has_first_posture: bool) {
         let unit = |middle, half, speed| CoordinateUnits {
-            mean_position: middle,
-            mean_unit: half,
+            position: middle,
+            position_unit: half,
             speed_unit: speed,
         };
-        let basis = Basis::new(6.0, vec![unit(0.0, 1.0, 2.0), unit(-2.0, 0.5, 3.0)]);
+        let basis =
+            Basis::new(6.0, vec![unit(0.0, 1.0, 2.0), unit(-2.0, 0.5, 3.0)], has_first_posture);
         let x: Vec<f64> = (0..2 * basis.width()).map(|k| (k as f64 * 1.7).sin()).collect();
         let (motion, series) = (basis.motion(&x), basis.series(&x));
         for i in (1..basis.samples()).step_by(7) {
@@ -187,6 +207,11 @@ mod tests {
                     assert!((found[joint] - motion[(joint, i)]).abs() < 1e-11 * scale, "{order}");
                 }
             }
+        }
+        if has_first_posture {
+            let first = [x[0], x[1] * 0.5 - 2.0];
+            let close = |joint: usize| (series.state(0.0).position[joint] - first[joint]).abs();
+            assert!(close(0) < 1e-12 && close(1) < 1e-12, "{first:?}");
         }
         for near in [1e-7, 6.0 - 1e-7] {
             let state = series.state(near);

@@ -46,7 +46,7 @@ impl Bound {
 }
 
 /// Limits of a motion of an arm.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Bounds {
     pub(super) limits: Vec<Bound>,
     /// Standard parameters for computing the torques.

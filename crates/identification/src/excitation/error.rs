@@ -1,6 +1,7 @@
 //! Errors of a motion design.
 
 use super::limit_kind::LimitKind;
+use super::shapes::Nearest;
 use didim_dynamics::robot::JointIndex;
 
 /// Reason why no motion can be designed. Joints are counted from 1.
@@ -62,14 +63,53 @@ pub enum ExcitationError {
         /// Used share of the limit.
         share: f64,
     },
-    /// Shapes are too close to each other or to the box in all tried postures. Remedy: correct the
-    /// shapes or the box.
+    /// The arm cannot hold itself within its torque limits in any tried posture. Remedy: correct
+    /// the limits, the masses or the direction of gravity.
     #[error(
-        "in every tried posture the arm's shapes are less than 20 mm from each other or from a \
-         side of the box. Check `capsules` in the robot file, the URDF's collision shapes, and the \
-         box"
+        "the arm cannot hold itself within its limits: at rest in the middle of its ranges joint \
+         {joint} needs {share:.2} times the torque that a motion may use. No other tried posture \
+         is within the limits. Check the torque limits, the masses and gravity"
     )]
-    Touching,
+    CannotHold {
+        /// The joint.
+        joint: JointIndex,
+        /// Torque at rest, as a share of the usable limit.
+        share: f64,
+    },
+    /// The first posture is outside the limits. Remedy: begin in another posture.
+    #[error(
+        "in the first posture the {kind} of joint {joint} is {share:.2} times what a motion may \
+         use; begin in another posture"
+    )]
+    FirstPosture {
+        /// The joint.
+        joint: JointIndex,
+        /// Kind of the limit.
+        kind: LimitKind,
+        /// Used share of the limit.
+        share: f64,
+    },
+    /// Shapes are too close to each other in the first posture. Remedy: begin in another posture.
+    #[error(
+        "in the first posture, at 0 s, the arm collides: {nearest}, and a motion keeps 20 mm; \
+         begin in another posture, or correct the shapes"
+    )]
+    FirstPostureTouches {
+        /// The narrowest gap.
+        nearest: Nearest,
+    },
+    /// Shapes are too close to each other or to a wall in all tried postures. Remedy: correct the
+    /// shapes, the box or the floor.
+    #[error(
+        "in every tried posture the arm's shapes are less than 20 mm from each other or from the \
+         box or the floor{}. Check the shapes in the robot file or the URDF, the box, and the \
+         height of the floor",
+        nearest.map_or_else(String::new, |of| format!("; in the middle of its ranges {of}"))
+    )]
+    Touching {
+        /// The narrowest gap in the middle of the ranges.
+        nearest: Option<Nearest>,
+    },
     /// No joint can move far enough within the limits. Remedy: correct the limits.
     #[error(
         "no joint can swing within these limits, as far as one degree, from any posture that was \

@@ -13,8 +13,8 @@
 //! ```text
 //! {advice, terms} → {design, candidates, sweep}
 //!     → {search, descent, prediction, simulated, joint_excitation} → task
-//!     → {barrier, information, objective} → bounds → shapes → basis
-//!     → {series, error, random, clearance} → limit_kind
+//!     → {barrier, information, objective} → bounds → error → shapes → basis
+//!     → {series, random, clearance, solid} → limit_kind
 //! ```
 
 mod advice;
@@ -37,6 +37,7 @@ mod search;
 mod series;
 mod shapes;
 mod simulated;
+mod solid;
 mod sweep;
 mod task;
 mod terms;
@@ -50,8 +51,9 @@ pub use limit_kind::LimitKind;
 pub use limits::DesignLimits;
 pub use prediction::{Predicted, information, predict_result, rows};
 pub use series::{Course, FourierSeries, JointSeries, State};
-pub use shapes::{Corners, MIN_GAP_M, Nearest, Neighbour, Shapes};
+pub use shapes::{MIN_GAP_M, Nearest, Neighbour, Shapes};
 pub use simulated::simulate_record;
+pub use solid::{Corners, NearestPoints, Solid, Wall, WallKind};
 pub use sweep::{Sweep, SweepDesign, SweepPass, sweep};
 pub use task::{DesignObjective, Noise, Task};
 pub use terms::{FrictionTermPrediction, SweptJoint, predict_terms};

@@ -4,7 +4,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
 use super::barrier::Barrier;
-use super::basis::{Basis, CoordinateUnits, Motion};
+use super::basis::{Basis, CoordinateUnits, Motion, column};
 use super::bounds::{Bound, Bounds};
 use super::error::ExcitationError;
 use super::information::Information;
@@ -26,6 +26,7 @@ const REST_POSTURES: usize = 200;
 pub(super) struct Search<'a> {
     pub(super) basis: Basis,
     moving_joints: &'a [bool],
+    has_first_posture: bool,
     bounds: &'a Bounds,
     barrier: Barrier<'a>,
     information: Information,
@@ -34,16 +35,25 @@ pub(super) struct Search<'a> {
 
 impl<'a> Search<'a> {
     pub(super) fn new(task: &'a Task) -> Self {
-        let Task { model, bounds, duration_s, .. } = task;
-        let units = units(bounds, model.joints());
+        let Task { model, bounds, duration_s, first_posture, .. } = task;
+        let has_first_posture = first_posture.is_some();
+        let units = units(bounds, model.joints(), first_posture.as_deref());
         let slowest = units.iter().map(|unit| unit.speed_unit).fold(f64::INFINITY, f64::min);
-        let basis = Basis::new(*duration_s, units);
+        let basis = Basis::new(*duration_s, units, has_first_posture);
         let width_rad_s = SIGN_WIDTH * slowest;
         let smooth = model.clone().with_sign_model(SignModel::Tanh { width_rad_s });
         let rate_hz = basis.samples() as f64 / duration_s;
         let (information, objective) = task.information(smooth, rate_hz);
         let (barrier, moving) = (Barrier::new(model, bounds), task.moving_joints.as_slice());
-        Self { basis, moving_joints: moving, bounds, barrier, information, objective }
+        Self {
+            basis,
+            moving_joints: moving,
+            has_first_posture,
+            bounds,
+            barrier,
+            information,
+            objective,
+        }
     }
 
     /// Returns the value of the motion with these coordinates, plus `weight` times the barrier of
@@ -61,10 +71,13 @@ impl<'a> Search<'a> {
         Some(value + walls)
     }
 
-    /// Sets the coordinates of joints at rest to 0, except their mean positions. The search does
-    /// not change them.
+    /// Sets the coordinates of joints at rest to 0, except their positions, and the positions if
+    /// the first posture is given. The search does not change them.
     fn hold_resting_joints(&self, x: &mut [f64]) {
         let joints = self.moving_joints.len();
+        if self.has_first_posture {
+            x.iter_mut().take(joints).for_each(|x| *x = 0.0);
+        }
         for (k, x) in x.iter_mut().enumerate().skip(joints) {
             if !self.moving_joints[k % joints] {
                 *x = 0.0;
@@ -103,15 +116,20 @@ impl<'a> Search<'a> {
     }
 
     /// Returns the coordinates of a posture where the arm can rest, and the largest used share of a
-    /// limit there. The posture is the middle of the ranges or, if that is not permitted, the first
-    /// permitted random posture.
+    /// limit there. The posture is the first one of the task, or else the middle of the ranges. If
+    /// that is not permitted, it is the first random posture well inside the limits, or the best.
     fn rest_coordinates(&mut self, seed: u64) -> Result<(Vec<f64>, f64), ExcitationError> {
         let mut x = vec![0.0; self.basis.coordinate_count()];
         let (place, share) = self.largest_share(&x);
         if share < 1.0 {
             return Ok((x, share));
         }
+        let middle = self.basis.motion(&x);
+        if self.has_first_posture {
+            return Err(self.rest_error(place, share, &middle));
+        }
         let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let mut best = (x.clone(), f64::INFINITY);
         for _ in 0..REST_POSTURES {
             for mean in x.iter_mut().take(self.basis.joints()) {
                 *mean = DesignLimits::DEFAULT.rest_range_share * uniform(&mut random);
@@ -120,24 +138,50 @@ impl<'a> Search<'a> {
             if share < DesignLimits::DEFAULT.start_limit_share {
                 return Ok((x, share));
             }
+            if share < best.1 {
+                best = (x.clone(), share);
+            }
         }
-        Err(place.map_or(ExcitationError::Touching, |place| {
-            let Bound { joint, kind, .. } = self.bounds.limits[place];
-            ExcitationError::Middle { joint: JointIndex::new(joint), kind, share }
-        }))
+        if best.1 < DesignLimits::DEFAULT.max_rest_share {
+            return Ok(best);
+        }
+        Err(self.rest_error(place, share, &middle))
+    }
+
+    /// Returns the error on a limit (`None` for a gap) of which a posture uses this share.
+    fn rest_error(&self, place: Option<usize>, share: f64, posture: &Motion) -> ExcitationError {
+        let is_first = self.has_first_posture;
+        let Some(place) = place else {
+            let q = column(&posture[0], 0);
+            let shapes = self.bounds.shapes.as_ref();
+            let nearest = shapes.and_then(|of| of.narrowest_gap(self.barrier.model(), q));
+            return match (nearest, is_first) {
+                (Some(nearest), true) => ExcitationError::FirstPostureTouches { nearest },
+                (nearest, _) => ExcitationError::Touching { nearest },
+            };
+        };
+        let Bound { joint, kind, .. } = self.bounds.limits[place];
+        let joint = JointIndex::new(joint);
+        match (kind, is_first) {
+            (_, true) => ExcitationError::FirstPosture { joint, kind, share },
+            (LimitKind::Torque, false) => ExcitationError::CannotHold { joint, share },
+            (_, false) => ExcitationError::Middle { joint, kind, share },
+        }
     }
 }
 
-/// Returns the units of the coordinates: half the position range for mean positions, and the
-/// largest speed for speeds.
-fn units(bounds: &Bounds, joints: usize) -> Vec<CoordinateUnits> {
+/// Returns the units of the coordinates: half the position range for positions, and the largest
+/// speed for speeds.
+fn units(bounds: &Bounds, joints: usize, first: Option<&[f64]>) -> Vec<CoordinateUnits> {
     (0..joints)
         .map(|joint: usize| {
             let bound_of = |kind| bounds.joint_bound(kind, joint);
             let (position, speed) = (bound_of(LimitKind::Position), bound_of(LimitKind::Speed));
             CoordinateUnits {
-                mean_position: position.map_or(0.0, |of| of.middle),
-                mean_unit: position.map_or(1.0, |of| of.half_range),
+                position: first
+                    .and_then(|of| of.get(joint).copied())
+                    .unwrap_or_else(|| position.map_or(0.0, |of| of.middle)),
+                position_unit: position.map_or(1.0, |of| of.half_range),
                 speed_unit: speed.map_or(1.0, |of| of.half_range),
             }
         })
@@ -152,6 +196,7 @@ mod tests {
     use crate::excitation::bounds::Margins;
     use crate::excitation::descent::descend;
     use crate::excitation::shapes::Shapes;
+    use crate::excitation::solid::Wall;
     use crate::excitation::task::{DesignObjective, Noise};
     use didim_dynamics::dynamics::{BaseParameters, Model};
     use didim_dynamics::robot::Robot;
@@ -170,7 +215,7 @@ mod tests {
             "drive_inertia = true\ncapsules = [{ radius_m = 0.06 }]",
         );
         let robot = Robot::from_toml(&file).unwrap();
-        let shapes = Shapes::new(&robot, Some([[-0.6, -0.6, -0.1], [0.6, 0.6, 1.0]]));
+        let shapes = Shapes::new(&robot, &Wall::sides([[-0.6, -0.6, -0.1], [0.6, 0.6, 1.0]]));
         let nominal = robot.nominal().unwrap().standard_parameters().to_vec();
         let model = Model::new(&robot).with_load(nominal.clone());
         let columns = BaseParameters::compute(&model).unwrap().columns().to_vec();
@@ -184,6 +229,7 @@ mod tests {
             model,
             bounds,
             duration_s: 3.0,
+            first_posture: None,
             moving_joints: moving,
             columns,
             prior_information: before,
@@ -205,6 +251,7 @@ mod tests {
                 task.columns.extend([task.columns[0], task.columns[20]]);
                 task.prior_information = task.prior_information.resize(62, 62, 0.0);
                 task.moving_joints = vec![true, false, true, true, false, true];
+                task.first_posture = Some(vec![0.1, -0.2, 1.5, 0.2, 0.3, -0.1]);
             }
             let mut search = Search::new(&task);
             let x = search.start(3).unwrap();
@@ -227,6 +274,27 @@ mod tests {
                 );
             }
         }
+    }
+
+    #[test]
+    fn a_motion_begins_in_its_first_posture() {
+        let mut task = task(DesignObjective::Deviations((0..60).map(|k| (k, 0.0)).collect()));
+        let first = [0.1, -0.2, 1.5, 0.2, 0.3, -0.1];
+        task.first_posture = Some(first.to_vec());
+        let motion = crate::excitation::design(&task, 1, 8, |_| ()).unwrap().series;
+        for time_s in [0.0, 1e-9, 3.0] {
+            let found = motion.state(time_s).position;
+            let close = found.iter().zip(first).all(|(found, first)| (found - first).abs() < 1e-6);
+            assert!(close, "{found:?}");
+        }
+        task.first_posture = Some(vec![0.1, -0.2, 1.5, 0.2, 100.0, -0.1]);
+        let refused = crate::excitation::design(&task, 1, 8, |_| ()).unwrap_err();
+        let (joint, kind) = (JointIndex::new(4), LimitKind::Position);
+        assert!(
+            matches!(refused, ExcitationError::FirstPosture { joint: j, kind: k, .. }
+                if j == joint && k == kind),
+            "{refused}"
+        );
     }
 
     #[test]

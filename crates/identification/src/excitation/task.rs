@@ -38,6 +38,9 @@ pub struct Task {
     pub bounds: Bounds,
     /// Duration of the motion \[s\].
     pub duration_s: f64,
+    /// First posture of the motion \[rad or m\]; `None` for any posture. Then the search starts in
+    /// the middle of the ranges.
+    pub first_posture: Option<Vec<f64>>,
     /// True for each joint that moves. The others are at rest in the best position. A joint at rest
     /// contributes no rows, because static friction may balance any torque up to its limit.
     pub moving_joints: Vec<bool>,

@@ -2,7 +2,8 @@
 
 use didim_dynamics::robot::Robot;
 use didim_identification::excitation::{
-    Bounds, Corners, ExcitationError, Margins, Neighbour, Shapes, Task, design, predict_result,
+    Bounds, Corners, ExcitationError, Margins, Neighbour, Shapes, Task, Wall, WallKind, design,
+    predict_result,
 };
 
 use super::{TX40, designed, robot, task, task_within};
@@ -19,9 +20,10 @@ fn shaped() -> Robot {
 const BOX: Corners = [[-0.45, -0.45, 0.0], [0.45, 0.45, 0.7]];
 
 fn within(robot: &Robot, inside: Option<Corners>, duration_s: f64) -> Task {
+    let walls = inside.map_or_else(Vec::new, |of| Wall::sides(of).to_vec());
     let nominal = robot.nominal().unwrap().standard_parameters().to_vec();
     let bounds = Bounds::new(robot, Margins::default(), None, Some(nominal)).unwrap();
-    task_within(robot, duration_s, bounds.with_shapes(Shapes::new(robot, inside)))
+    task_within(robot, duration_s, bounds.with_shapes(Shapes::new(robot, &walls)))
 }
 
 #[test]
@@ -45,18 +47,20 @@ fn a_motion_stays_separate_and_inside() {
 /// and are named.
 #[test]
 fn what_is_near_in_every_posture_is_named() {
-    let shapes = Shapes::new(&shaped(), Some(BOX)).unwrap();
+    let shapes = Shapes::new(&shaped(), &Wall::sides(BOX)).unwrap();
     assert!(shapes.always_near.contains(&(4, Neighbour::Link(6))), "{:?}", shapes.always_near);
-    assert!(!shapes.always_near.iter().any(|(_, other)| *other == Neighbour::Side));
-    assert!(shapes.has_box && shapes.links_without_shape.is_empty());
-    assert_eq!(Shapes::new(&robot(TX40), Some(BOX)), None);
+    assert!(!shapes.always_near.iter().any(|(_, other)| *other == Neighbour::Wall(WallKind::Side)));
+    assert!(shapes.has_wall(WallKind::Side) && shapes.links_without_shape.is_empty());
+    assert!(Shapes::new(&robot(TX40), &Wall::sides(BOX)).is_none());
 }
 
 #[test]
 fn a_box_that_holds_no_posture_is_refused() {
     let small = [[-0.1, -0.1, 0.0], [0.1, 0.1, 0.45]];
     let task = within(&shaped(), Some(small), 3.0);
-    assert_eq!(design(&task, 1, 5, |_| ()).unwrap_err(), ExcitationError::Touching);
+    let error = design(&task, 1, 5, |_| ()).unwrap_err();
+    let ExcitationError::Touching { nearest: Some(nearest) } = error else { panic!("{error}") };
+    assert_eq!(nearest.neighbour, Neighbour::Wall(WallKind::Side));
 }
 
 #[test]

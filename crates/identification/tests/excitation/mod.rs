@@ -35,6 +35,7 @@ pub(crate) fn task_within(robot: &Robot, duration_s: f64, bounds: Bounds) -> Tas
         model,
         bounds,
         duration_s,
+        first_posture: None,
         moving_joints: vec![true; robot.joints()],
         columns,
         prior_information: DMatrix::zeros(count, count),

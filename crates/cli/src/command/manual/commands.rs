@@ -213,18 +213,19 @@ pub(super) const PAGES: &[CommandPage] = &[
          run, and moves nothing.\n\nSpeeds, accelerations and jerks stay below half of the \
          robot file's limits unless you set `--speed`. Positions keep 5 % of the range from its \
          ends. Torques stay below 80 %, computed with the parameters of the result or the \
-         nominal ones. If the robot file has `capsules` of the links, or the URDF has boxes, \
-         cylinders and spheres as collision shapes, unconnected links stay 20 mm apart, and \
-         inside the box of `--box`. Nothing else is checked, and nothing at all without shapes; \
-         the head of every file lists the checks. Look at `--preview` and at the motion in a \
-         simulation, and first run it at 10 % speed.\n\nPrograms for KUKA and ABB visit the \
-         same positions, but their controllers choose the timing, so the figures do not hold \
-         for them. With `--joints` the other joints stay at rest. `--objective payload` makes \
-         the standard deviations of a load's parameters small, and prints those of its mass, \
-         centre and inertia; torques then include the declared load. `--friction-sweep` moves \
-         each joint there and back at six constant speeds, from a few hundredths of its limit \
-         to half of it; slow ones are shortened to the available time. The head of the file \
-         lists the friction terms that the motion can distinguish.",
+         nominal ones. If the robot file has `capsules` of the links, or the URDF has shapes \
+         or meshes, unconnected links stay 20 mm apart, above the floor and inside the box of \
+         `--box`. The floor of a URDF's arm is z = 0 of its base link, unless `--floor` or \
+         `--no-plane` say otherwise. Nothing else is checked, and nothing at all without shapes; \
+         the last line and the head of every file state the checks. Look at `--preview` and at \
+         the motion in a simulation, and first run it at 10 % speed.\n\nPrograms for KUKA and \
+         ABB visit the same positions, but their controllers choose the timing, so the figures \
+         do not hold for them. With `--joints` the other joints stay at rest. `--objective \
+         payload` makes the standard deviations of a load's parameters small, and prints those \
+         of its mass, centre and inertia; torques then include the declared load. \
+         `--friction-sweep` moves each joint there and back at six constant speeds, from a few \
+         hundredths of its limit to half of it; slow ones are shortened to the available time. \
+         The head of the file lists the friction terms that the motion can distinguish.",
         &[
             [
                 "didim design --cell cell.toml --result result.json --duration 20 --out next.csv \
