@@ -30,7 +30,7 @@ pub use advice::{advice_text, missing_text};
 pub use consistent::consistent_summary;
 pub use design::{
     CheckedMotion, conditions_text, design_header, design_text, expectation_text, load_lines,
-    prediction_lines,
+    load_sentence, prediction_lines,
 };
 pub use gains::gains_text;
 pub use payload::payload_text;

@@ -8,6 +8,7 @@
 mod choices;
 mod command;
 mod error;
+mod frame;
 mod input;
 mod names;
 mod next;

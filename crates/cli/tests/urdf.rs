@@ -11,8 +11,8 @@ use didim_dynamics::robot::Robot;
 use serde_json::Value;
 use tempfile::TempDir;
 
-const SECTION: &str = "\n[urdf]\ndrive_inertia = true\ngear_ratios = [256.85714285714283, \
-    267.42857142857144, 252.33333333333334, 221.0, 239.61904761904762, 154.3231343283582]\n\
+pub(crate) const SECTION: &str = "\n[urdf]\ndrive_inertia = true\n\
+    gear_ratios = [256.85714285714283, 267.42857142857144, 252.33333333333334, 221.0, 239.61904761904762, 154.3231343283582]\n\
     friction = { viscous = true, coulomb = true, offset = true, sign = { model = \"tanh\", \
     width_rad_s = 0.02 } }\n";
 
@@ -55,7 +55,7 @@ fn urdf() -> String {
 }
 
 /// A folder with the arm's cell, on a URDF, with what the cell says of it.
-fn cell(section: &str) -> TempDir {
+pub(crate) fn cell(section: &str) -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("arm.urdf"), urdf()).unwrap();
     let text = fs::read_to_string(repository("tests/data/kr300/cell.toml")).unwrap();
@@ -65,7 +65,7 @@ fn cell(section: &str) -> TempDir {
     folder
 }
 
-fn identify(cell: &Path) -> Value {
+pub(crate) fn identify(cell: &Path) -> Value {
     let [a, b] = ["a.csv", "b.csv"].map(|file| repository("tests/data/kr300").join(file));
     let arguments: [&dyn AsRef<OsStr>; 12] = [
         &"identify",

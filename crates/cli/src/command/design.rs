@@ -14,12 +14,13 @@ use didim_identification::identification::KnownLoad;
 use indicatif::ProgressBar;
 
 use crate::CliError;
+use crate::frame::{FrameOfLoads, note_lines};
 use crate::input::{parse_numbers, parse_point, parse_positive, read_robot};
 use crate::notes::print_note;
 use crate::output::{check_outputs, print, write_text};
 use crate::progress::style_bar;
 use didim::analysis::{Assignment, OTHER_CONFIGURATION, RequestedDesign, StoredModel};
-use didim::cell::{Cell, CellError, joint_names};
+use didim::cell::{Cell, CellError, LoadFrame, joint_names};
 use didim::report::{
     CheckedMotion, conditions_text, design_header, design_text, html, load_lines, prediction_lines,
     sweep_lines, sweep_text,
@@ -84,7 +85,7 @@ pub(crate) struct Arguments {
         required_if_eq("objective", "payload")
     )]
     declared_mass_kg: Option<f64>,
-    /// Its centre, in the frame of the last link [m]
+    /// Its centre [m], in the frame of --frame
     #[arg(
         long,
         value_name = "X,Y,Z",
@@ -94,6 +95,8 @@ pub(crate) struct Arguments {
         required_if_eq("objective", "payload")
     )]
     declared_centre_m: Option<[f64; 3]>,
+    #[command(flatten)]
+    frame: FrameOfLoads,
     /// Parameters to identify, separated by commas; all identified ones when left out
     #[arg(long, value_name = "NAME", value_delimiter = ',', conflicts_with = "declared_mass_kg")]
     parameters: Option<Vec<String>>,
@@ -331,6 +334,9 @@ impl Arguments {
                 "--declared-mass-kg and --declared-centre-m go with --objective payload";
             return Err(CliError::Usage(explanation.to_owned()));
         }
+        if self.objective != Objective::Payload && self.frame.is_given() {
+            return Err(CliError::Usage("--frame goes with --objective payload".to_owned()));
+        }
         match (&self.cell, &self.robot) {
             (Some(file), _) => self.of_cell(file),
             (None, Some(file)) => self.of_robot(file),
@@ -351,9 +357,12 @@ impl Arguments {
             stored = Some(model);
         }
         let accelerations = self.within.accelerations(cell.robot.joints());
-        let wanted = self.wanted(accelerations.as_deref());
+        let frame = self.frame.of_cell(&cell)?;
+        print_note(&note_lines(&frame.findings(self.declared_centre_m.is_some())));
+        let wanted = self.wanted(accelerations.as_deref(), Some(&frame));
         let subject = DesignSubject::of_cell(&cell, stored.as_ref(), &wanted)?;
-        Ok(DesignSubject { identified: stored.map(|stored| (cell, stored)), ..subject })
+        let identified = stored.map(|stored| (cell, stored));
+        Ok(DesignSubject { identified, ..subject })
     }
 
     fn of_robot(&self, file: &Path) -> Result<DesignSubject, CliError> {
@@ -369,17 +378,23 @@ impl Arguments {
             CliError::from_configuration(CellError::BaseParameters { file, source: error })
         })?;
         let accelerations = self.within.accelerations(robot.joints());
-        let wanted = self.wanted(accelerations.as_deref());
+        let wanted = self.wanted(accelerations.as_deref(), None);
         let assignment = Assignment::of_robot(&source, &base, &wanted);
         let joints = joint_names(source.urdf.as_ref(), robot.joints());
         let assignment = assignment.map_err(CliError::from_configuration)?;
-        Ok(DesignSubject { robot: source.robot, joints, assignment, identified: None })
+        let (robot, identified) = (source.robot, None);
+        Ok(DesignSubject { robot, joints, assignment, identified })
     }
 
-    fn wanted<'a>(&'a self, accelerations: Option<&'a [f64]>) -> RequestedDesign<'a> {
+    /// Returns the request, with the frame of the load if there is one.
+    fn wanted<'a>(
+        &'a self,
+        accelerations: Option<&'a [f64]>,
+        frame: Option<&'a LoadFrame>,
+    ) -> RequestedDesign<'a> {
         RequestedDesign {
             moving_joints: self.joints.as_deref().or(self.friction_sweep.as_deref()),
-            load: self.load(),
+            load: frame.and_then(|frame| Some((self.load(frame)?, &frame.frame))),
             parameters: self.parameters.as_deref(),
             condition_number: self.objective == Objective::ConditionNumber,
             ..requested_motion(&self.within, accelerations, self.duration)
@@ -387,8 +402,9 @@ impl Arguments {
     }
 
     /// Returns the declared load; `None` unless the objective is `payload`.
-    fn load(&self) -> Option<KnownLoad> {
+    fn load(&self, frame: &LoadFrame) -> Option<KnownLoad> {
         let (mass_kg, centre_m) = (self.declared_mass_kg?, self.declared_centre_m?);
+        let centre_m = frame.centre_in_link(centre_m);
         (self.objective == Objective::Payload).then_some(KnownLoad { mass_kg, centre_m })
     }
 }

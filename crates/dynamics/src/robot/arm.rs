@@ -5,6 +5,7 @@ use super::friction::{FrictionTerms, JointFriction, SignModel};
 use super::index::JointIndex;
 use super::joint::{Joint, Limits};
 use super::known_torque::KnownTorque;
+use super::link_frame::NamedFrame;
 use super::nominal::NominalParameters;
 use super::parameters::ParameterTable;
 use super::recorded_torque::{RecordedTorque, TorqueTerm};
@@ -19,6 +20,10 @@ pub struct Robot {
     pub(super) joints: Vec<Joint>,
     /// One entry per joint; `None` without a name.
     pub(super) joint_names: Vec<Option<String>>,
+    /// Names of the links, one entry per joint; empty without names.
+    pub(super) link_names: Vec<String>,
+    /// Named frames on the last link, that of the link itself first; empty for a robot file.
+    pub(super) frames: Vec<NamedFrame>,
     pub(super) transmission: Transmission,
     pub(super) friction: FrictionTerms,
     /// Friction of each joint.

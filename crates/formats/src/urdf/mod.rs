@@ -13,6 +13,7 @@ mod static_gravity;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
+use didim_dynamics::robot::{NamedFrame, Robot};
 use nalgebra::Vector3;
 
 pub use edit::{UrdfValues, WRITTEN_BY};
@@ -131,6 +132,29 @@ impl UrdfArm {
     /// Returns the names of the driven joints, from base to tip.
     pub fn joint_names(&self) -> impl Iterator<Item = &str> {
         self.axes.iter().map(|axis| axis.name.as_str())
+    }
+
+    /// Returns the robot with the names of the links, and with the frames of the links that are
+    /// fixed to the last one, in its frame.
+    #[must_use]
+    pub fn with_link_frames(&self, robot: Robot) -> Robot {
+        let links = self.axes.iter().filter_map(|axis| axis.attached_links.first());
+        let names = links.map(|link| link.name.clone()).collect();
+        let last = self.axes.iter().zip(&self.link_parameters).last();
+        let frames = last.into_iter().flat_map(|(axis, placed)| {
+            let inverse = placed.frame().pose().inverse();
+            let fixed = axis.attached_links.iter().filter(|link| !link.is_off_chain);
+            fixed.map(move |link| {
+                let pose = inverse * link.pose;
+                let axis = |k: usize| pose.rotation.matrix().column(k).map(without_rounding).into();
+                NamedFrame {
+                    name: link.name.clone(),
+                    origin_m: pose.translation.vector.map(without_rounding).into(),
+                    axes: [axis(0), axis(1), axis(2)],
+                }
+            })
+        });
+        robot.with_link_names(names).with_frames(frames.collect())
     }
 
     /// Returns base and tip.
