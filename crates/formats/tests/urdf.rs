@@ -63,6 +63,20 @@ fn torques_are_those_of_pinocchio() {
     assert!(worst < 1e-12, "{worst}");
 }
 
+/// The arm with the frames of its last link.
+fn robot_of(text: &str) -> Robot {
+    let urdf = UrdfArm::read(text, Some("base"), Some("tip")).unwrap();
+    let toml = urdf.to_toml(&links_alone(urdf.joints()));
+    urdf.with_link_frames(Robot::from_toml(&toml).unwrap())
+}
+
+/// The nominal parameters of the last link.
+fn last_body(robot: &Robot) -> [f64; 10] {
+    let (last, table) = (JointIndex::new(robot.joints() - 1), robot.parameters());
+    let standard = robot.nominal().unwrap().standard_parameters();
+    ParameterKind::LINK.map(|kind| standard[table.column(kind, last).unwrap()])
+}
+
 /// A body on any link of the last axis, given in that link's frame, is the same in the frame with
 /// its name: on arms with axes and origins in any direction.
 #[test]
@@ -72,29 +86,19 @@ fn a_body_on_a_link_has_its_centre_in_the_frame_of_that_link() {
     let (mass, [ixx, ixy, ixz, iyy, iyz, izz]) = (3.0, [0.02, 0.001, -0.002, 0.03, 0.003, 0.04]);
     let mut count = 0;
     for arm in &golden.arm {
-        let read = |text: &str| {
-            let urdf = UrdfArm::read(text, Some("base"), Some("tip")).unwrap();
-            let toml = urdf.to_toml(&links_alone(arm.joints));
-            urdf.with_link_frames(Robot::from_toml(&toml).unwrap())
-        };
-        let empty = read(&arm.urdf);
+        let empty = robot_of(&arm.urdf);
         let frames = empty.load_frame(Some("")).unwrap_err().available;
         for name in frames {
             let [x, y, z] = centre;
             let body = format!(
                 "<link name=\"load\"><inertial><origin xyz=\"{x} {y} {z}\"/>\
-                 <mass value=\"{mass}\"/><inertia ixx=\"{ixx}\" ixy=\"{ixy}\" ixz=\"{ixz}\" iyy=\"{iyy}\" iyz=\"{iyz}\" \
+                 <mass value=\"{mass}\"/><inertia ixx=\"{ixx}\" ixy=\"{ixy}\" ixz=\"{ixz}\" \
+                 iyy=\"{iyy}\" iyz=\"{iyz}\" \
                  izz=\"{izz}\"/></inertial></link><joint name=\"hold\" type=\"fixed\"><parent \
                  link=\"{name}\"/><child link=\"load\"/></joint></robot>"
             );
-            let loaded = read(&arm.urdf.replace("</robot>", &body));
-            let last = JointIndex::new(arm.joints - 1);
-            let of_last = |robot: &Robot| {
-                let standard = robot.nominal().unwrap().standard_parameters();
-                ParameterKind::LINK
-                    .map(|kind| standard[robot.parameters().column(kind, last).unwrap()])
-            };
-            let (with, without) = (of_last(&loaded), of_last(&empty));
+            let loaded = robot_of(&arm.urdf.replace("</robot>", &body));
+            let (with, without) = (last_body(&loaded), last_body(&empty));
             let frame = empty.load_frame(Some(&name)).unwrap();
             let difference = core::array::from_fn(|k| with[k] - without[k]);
             let own = frame.inverse().parameters_in_link(difference);

@@ -23,6 +23,7 @@ pub use note::{UnreadAttribute, UrdfNote};
 
 use chain::{Chain, ChainAxis};
 use file::{CollisionCapsule, UrdfFile};
+use limits::UrdfLimits;
 use modified_dh::{Frame, PlacedJoint, place_frames};
 use static_gravity::unset_placeholders;
 
@@ -255,13 +256,17 @@ impl UrdfArm {
             writeln!(out, "  [{}],", row.collect::<Vec<_>>().join(", "))?;
         }
         writeln!(out, "]\n\n[friction]\n{}", drives.friction)?;
-        if !self.has_bodies {
-            return Ok(());
-        }
+        if self.has_bodies { self.write_nominal(drives, out) } else { Ok(()) }
+    }
+
+    fn write_nominal(&self, drives: &UrdfDrives, out: &mut String) -> std::fmt::Result {
         writeln!(out, "[nominal]")?;
-        for (number, (axis, placed)) in self.axes.iter().zip(&self.link_parameters).enumerate() {
+        let placed = self.axes.iter().zip(&self.link_parameters);
+        let parameters = placed.map(|(axis, placed)| placed.parameters(axis.link_bodies()));
+        let parameters = without_rounded_values(parameters.collect());
+        for (number, (axis, parameters)) in self.axes.iter().zip(parameters).enumerate() {
             let number = number + 1;
-            for (name, value) in LINK_PARAMETERS.iter().zip(placed.parameters(axis.link_bodies())) {
+            for (name, value) in LINK_PARAMETERS.iter().zip(parameters) {
                 writeln!(out, "{name}{number} = {value:?}")?;
             }
             for (name, value) in ["fv", "fc"].iter().zip(axis.friction.into_iter().flatten()) {
@@ -313,4 +318,19 @@ fn single_line(name: &str) -> String {
 /// Removes rounding errors.
 fn without_rounding(value: f64) -> f64 {
     if value.abs() < 1e-13 { 0.0 } else { value }
+}
+
+/// Sets nominal values to 0 that are rounding: below this share of the largest of their kind
+/// (inertia, first moment, mass) in the arm.
+fn without_rounded_values(mut links: Vec<[f64; 10]>) -> Vec<[f64; 10]> {
+    for kind in [0..6, 6..9, 9..10] {
+        let values = links.iter().flat_map(|link| &link[kind.clone()]);
+        let largest = values.fold(0.0, |largest: f64, value| largest.max(value.abs()));
+        for value in links.iter_mut().flat_map(|link| &mut link[kind.clone()]) {
+            if value.abs() < UrdfLimits::DEFAULT.zero_share * largest {
+                *value = 0.0;
+            }
+        }
+    }
+    links
 }
