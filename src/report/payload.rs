@@ -133,6 +133,12 @@ fn headline(payload: &Payload) -> String {
     }
 }
 
+/// Formats a declared number with the digits that it was given, as far as they count.
+fn declared_text(value: f64) -> String {
+    let digits = significant_digits(value, MAX_DIGITS);
+    digits.parse::<f64>().map_or(digits, |value| value.to_string())
+}
+
 /// Creates a row for each value that is identified or declared.
 fn rows(payload: &Payload, declared: DeclaredLoad, view: &FrameView<'_>) -> Vec<Vec<String>> {
     let (body, compared) = (view.body, view.comparison);
@@ -144,8 +150,9 @@ fn rows(payload: &Payload, declared: DeclaredLoad, view: &FrameView<'_>) -> Vec<
                 return;
             }
             let none = || "–".to_owned();
-            let number = |value: Option<f64>| {
-                value.map_or_else(none, |value| significant_digits(value, MAX_DIGITS))
+            let to_found = |value: f64| match found {
+                Some(of) => to_uncertainty(value, of.standard_deviation, MAX_DIGITS),
+                None => significant_digits(value, MAX_DIGITS),
             };
             rows.push(vec![
                 name,
@@ -154,8 +161,8 @@ fn rows(payload: &Payload, declared: DeclaredLoad, view: &FrameView<'_>) -> Vec<
                 }),
                 found.map_or_else(none, |of| significant_digits(of.standard_deviation, 2)),
                 unit.to_owned(),
-                number(possible),
-                number(configured),
+                possible.map_or_else(none, to_found),
+                configured.map_or_else(none, declared_text),
                 off.map_or_else(none, |off| format!("{off:+.1} σ")),
             ]);
         };

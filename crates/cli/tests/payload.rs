@@ -194,8 +194,8 @@ fn a_load_is_given_and_found_in_the_frame_of_a_link() {
         ];
         didim(&[&fixed[..], more].concat())
     };
-    let given: [&dyn AsRef<OsStr>; 2] = [&"--declared-centre-m", &"-0.1,-0.05,0.03"];
-    let named = run(&[&given[..], &[&"--frame", &"gripper", &"--json"]].concat());
+    let in_gripper: [&dyn AsRef<OsStr>; 2] = [&"--declared-centre-m", &"-0.1,-0.05,0.03"];
+    let named = run(&[&in_gripper[..], &[&"--frame", &"gripper", &"--json"]].concat());
     let named = json(&named.stdout);
     let own = &named["centre_of_mass"];
     assert_eq!(own["frame"], "gripper");
@@ -216,9 +216,9 @@ fn a_load_is_given_and_found_in_the_frame_of_a_link() {
     assert_eq!(unnamed["findings"][0]["code"], "load-frame");
     assert_eq!(unnamed["findings"][0]["severity"], "advisory");
 
-    let said = run(&[&given[..], &[&"--frame", &"gripper"]].concat()).stdout;
+    let said = run(&[&in_gripper[..], &[&"--frame", &"gripper"]].concat()).stdout;
     assert!(said.contains("in the frame of gripper") && said.contains("σ (combined)"), "{said}");
-    let said = run(&[&given[..], &[&"--frame", &"link_3"]].concat());
+    let said = run(&[&in_gripper[..], &[&"--frame", &"link_3"]].concat());
     assert!(said.code == Some(2) && said.stderr.contains("gripper"), "{}", said.stderr);
 
     // A cell names it for all of them.
@@ -226,10 +226,10 @@ fn a_load_is_given_and_found_in_the_frame_of_a_link() {
     let with_frame =
         |name: &str| fs::write(&cell, format!("{text}\n[payload]\nframe = \"{name}\"\n"));
     with_frame("gripper").unwrap();
-    let of_cell = json(&run(&[&given[..], &[&"--json"]].concat()).stdout);
+    let of_cell = json(&run(&[&in_gripper[..], &[&"--json"]].concat()).stdout);
     assert_eq!(of_cell["centre_of_mass"], named["centre_of_mass"]);
     with_frame("camera").unwrap();
-    let said = run(&given);
+    let said = run(&in_gripper);
     assert!(said.code == Some(78) && said.stderr.contains("payload.frame"), "{}", said.stderr);
 }
 

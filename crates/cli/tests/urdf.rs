@@ -12,7 +12,8 @@ use serde_json::Value;
 use tempfile::TempDir;
 
 pub(crate) const SECTION: &str = "\n[urdf]\ndrive_inertia = true\n\
-    gear_ratios = [256.85714285714283, 267.42857142857144, 252.33333333333334, 221.0, 239.61904761904762, 154.3231343283582]\n\
+    gear_ratios = [256.85714285714283, 267.42857142857144, 252.33333333333334, 221.0, \
+    239.61904761904762, 154.3231343283582]\n\
     friction = { viscous = true, coulomb = true, offset = true, sign = { model = \"tanh\", \
     width_rad_s = 0.02 } }\n";
 

@@ -51,8 +51,8 @@ pub(super) fn add_load(text: &mut MetricsText, status: &LoadStatus) {
         ];
         write(text, Gauge, &gauges);
     }
-    let look = status.last_look.as_ref().and_then(|look| look.centre_of_mass.as_ref());
-    if let Some(CentreOfMass { frame, centre_m, .. }) = look {
+    let centre = status.last_look.as_ref().and_then(|load| load.centre_of_mass.as_ref());
+    if let Some(CentreOfMass { frame, centre_m, .. }) = centre {
         let help = "Centre of mass of the load in the frame of a link, of the last look.";
         add_centre(text, "didim_load_centre_metres", help, (frame, centre_m), |of| of.value);
         let help = "Standard deviation of the centre of mass of the load, of the last look.";

@@ -112,8 +112,8 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         let json = serde_json::to_string(&output).map_err(CliError::from_failure)?;
         return print(&format!("{json}\n"));
     }
-    let given = load.map(|load| load_sentence(load, &frame.frame));
-    let given = given.map_or_else(String::new, |given| format!("load: {given}\n"));
-    let text = gains_text(&gains, &cell.robot) + &given + &note_lines(&findings);
+    let load_line = load.map(|load| format!("load: {}\n", load_sentence(load, &frame.frame)));
+    let text =
+        gains_text(&gains, &cell.robot) + &load_line.unwrap_or_default() + &note_lines(&findings);
     print_for_terminal(&text)
 }

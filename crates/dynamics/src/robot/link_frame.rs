@@ -116,18 +116,18 @@ impl NamedFrame {
             core::array::from_fn(|i| dot(self.axes.map(|axis| axis[i]), [mx, my, mz]));
         let row = |i: usize| self.axes.map(|axis| axis[i]);
         let rotated = |i: usize, j: usize| dot(row(i), second.map(|line| dot(line, row(j))));
-        let moved = |i: usize, j: usize| {
+        let shifted = |i: usize, j: usize| {
             rotated(i, j) + first[i] * p[j] + p[i] * first[j] + mass * p[i] * p[j]
         };
-        let trace = moved(0, 0) + moved(1, 1) + moved(2, 2);
+        let trace = shifted(0, 0) + shifted(1, 1) + shifted(2, 2);
         let [hx, hy, hz] = core::array::from_fn(|i| first[i] + mass * p[i]);
         [
-            trace - moved(0, 0),
-            -moved(0, 1),
-            -moved(0, 2),
-            trace - moved(1, 1),
-            -moved(1, 2),
-            trace - moved(2, 2),
+            trace - shifted(0, 0),
+            -shifted(0, 1),
+            -shifted(0, 2),
+            trace - shifted(1, 1),
+            -shifted(1, 2),
+            trace - shifted(2, 2),
             hx,
             hy,
             hz,
