@@ -50,11 +50,7 @@ impl Robot {
     /// Returns the frame of the last link, with which the model computes. For a robot file it is
     /// the frame of the file.
     pub fn model_frame(&self) -> NamedFrame {
-        NamedFrame {
-            name: format!("link_{}", self.joints()),
-            origin_m: [0.0; 3],
-            axes: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
-        }
+        NamedFrame::identity(format!("link_{}", self.joints()))
     }
 
     /// Returns the frame of this name on the last link. Without a name, it is that of the URDF's
@@ -74,10 +70,14 @@ impl Robot {
 }
 
 impl NamedFrame {
+    fn identity(name: String) -> Self {
+        let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        Self { name, origin_m: [0.0; 3], axes }
+    }
+
     /// Returns true if it is the frame with which the model computes.
     pub fn is_model_frame(&self) -> bool {
-        self.origin_m == [0.0; 3]
-            && self.axes == [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
+        *self == Self::identity(self.name.clone())
     }
 
     /// Converts a point of this frame to the frame of the last link \[m\].

@@ -141,7 +141,7 @@ impl UrdfArm {
     pub fn with_link_frames(&self, robot: Robot) -> Robot {
         let links = self.axes.iter().filter_map(|axis| axis.attached_links.first());
         let names = links.map(|link| link.name.clone()).collect();
-        let last = self.axes.iter().zip(&self.link_parameters).last();
+        let last = self.axes.last().zip(self.link_parameters.last());
         let frames = last.into_iter().flat_map(|(axis, placed)| {
             let inverse = placed.frame().pose().inverse();
             let fixed = axis.attached_links.iter().filter(|link| !link.is_off_chain);
