@@ -23,7 +23,7 @@ pub use device::{CYCLE_FRAMES, DeviceError, VirtualDevice};
 pub use encoder::{BusCycle, CycleEncoder, CycleError};
 pub use fault::{Fault, FaultAction};
 pub use motion::Motion;
-pub use payload::Payload;
+pub use payload::{FramedPayload, Payload};
 pub use play::{Pace, PlayError, PlaybackResult, play};
 pub use playback::{Playback, PlaybackConfig};
 pub use scenario::{Scenario, ScenarioError};

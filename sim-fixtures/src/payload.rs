@@ -1,13 +1,11 @@
 //! Payload of the arm.
 
+use didim_dynamics::robot::{NoSuchFrame, Robot};
+use didim_identification::identification::{Finding, Note};
 use serde::Deserialize;
 
 /// Body fixed to the last link, as its contribution to that link's standard parameters.
-///
-/// In a file, it is either a point mass with `mass_kg` and `position_m`, or a body with the three
-/// keys below.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
-#[serde(try_from = "RawPayload")]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Payload {
     /// Mass \[kg\].
     pub mass_kg: f64,
@@ -44,30 +42,67 @@ impl Payload {
     }
 }
 
+/// A payload in a file: either a point mass with `mass_kg` and `position_m`, or a body with the
+/// three keys of [`Payload`]; and the frame of its values.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(try_from = "RawPayload")]
+pub struct FramedPayload {
+    /// The payload, with its values in the frame.
+    payload: Payload,
+    /// Link of the URDF on the last link in whose frame it is given. `None` for the model's frame.
+    frame: Option<String>,
+}
+
+impl FramedPayload {
+    /// Returns the payload in the frame of a robot's last link.
+    ///
+    /// # Errors
+    /// [`NoSuchFrame`].
+    pub fn on_last_link(&self, robot: &Robot) -> Result<Payload, NoSuchFrame> {
+        let Some(name) = &self.frame else { return Ok(self.payload) };
+        let frame = robot.load_frame(Some(name))?;
+        let [xx, xy, xz, yy, yz, zz, mx, my, mz, mass_kg] =
+            frame.parameters_in_link(self.payload.link_parameters());
+        let (first_moment_kg_m, inertia_kg_m2) = ([mx, my, mz], [xx, xy, xz, yy, yz, zz]);
+        Ok(Payload { mass_kg, first_moment_kg_m, inertia_kg_m2 })
+    }
+
+    /// Returns the finding on a payload without a named frame, if the robot is from a URDF.
+    pub fn findings(&self, robot: &Robot) -> Vec<Finding> {
+        match robot.load_frame(None) {
+            Ok(frame) if self.frame.is_none() && !frame.is_model_frame() => {
+                Finding::from_notes(&[Note::LoadFrame { link: frame.name }])
+            }
+            _ => Vec::new(),
+        }
+    }
+}
+
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RawPayload {
+    frame: Option<String>,
     mass_kg: f64,
     position_m: Option<[f64; 3]>,
     first_moment_kg_m: Option<[f64; 3]>,
     inertia_kg_m2: Option<[f64; 6]>,
 }
 
-impl TryFrom<RawPayload> for Payload {
+impl TryFrom<RawPayload> for FramedPayload {
     type Error = &'static str;
 
     fn try_from(raw: RawPayload) -> Result<Self, Self::Error> {
-        let RawPayload { mass_kg, position_m, first_moment_kg_m, inertia_kg_m2 } = raw;
+        let RawPayload { frame, mass_kg, position_m, first_moment_kg_m, inertia_kg_m2 } = raw;
         let payload = match (position_m, first_moment_kg_m, inertia_kg_m2) {
-            (Some(position), None, None) => Self::point_mass(mass_kg, position),
+            (Some(position), None, None) => Payload::point_mass(mass_kg, position),
             (None, Some(first_moment_kg_m), Some(inertia_kg_m2)) => {
-                Self { mass_kg, first_moment_kg_m, inertia_kg_m2 }
+                Payload { mass_kg, first_moment_kg_m, inertia_kg_m2 }
             }
             _ => return Err("a payload has position_m, or first_moment_kg_m and inertia_kg_m2"),
         };
         if !(mass_kg >= 0.0 && payload.link_parameters().iter().all(|value| value.is_finite())) {
             return Err("a payload must be finite, and its mass not negative");
         }
-        Ok(payload)
+        Ok(Self { payload, frame })
     }
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use didim_dynamics::control::ControllerConfig;
 use didim_dynamics::dynamics::{BaseParameters, BaseParametersError, Model};
-use didim_dynamics::robot::{JointIndex, ParameterKind, Robot, RobotError};
+use didim_dynamics::robot::{JointIndex, NoSuchFrame, ParameterKind, Robot, RobotError};
 use didim_dynamics::simulation::{
     ClosedLoop, InitialState, NoiseConfig, Record, SetupError, SimulationConfig, SimulationError,
     Unmodelled,
@@ -12,10 +12,11 @@ use didim_dynamics::simulation::{
 use didim_dynamics::trajectory::{
     JointLimits, Move, MoveSequence, Reference, SampledReference, Trajectory, TrajectoryError,
 };
+use didim_identification::identification::Finding;
 use serde::Deserialize;
 
 use crate::motion::Motion;
-use crate::{Fault, Payload, Playback, PlaybackConfig};
+use crate::{Fault, FramedPayload, Payload, Playback, PlaybackConfig};
 
 /// A simulated experiment whose parts are checked to match each other. Its true parameters are the
 /// nominal ones of the scenario or, if it has none, those of its robot. They do not include a
@@ -34,6 +35,8 @@ pub struct Scenario {
     controller: ControllerConfig,
     simulation: SimulationConfig,
     faults: Vec<Fault>,
+    /// Findings on the payload.
+    findings: Vec<Finding>,
 }
 
 #[derive(Deserialize)]
@@ -46,7 +49,7 @@ struct RawScenario {
     playback: PlaybackConfig,
     controller: ControllerConfig,
     simulation: SimulationConfig,
-    payload: Option<Payload>,
+    payload: Option<FramedPayload>,
     nominal: Option<BTreeMap<String, f64>>,
     #[serde(default)]
     faults: Vec<Fault>,
@@ -122,6 +125,9 @@ pub enum ScenarioError {
         /// Requirement on the value.
         expected: &'static str,
     },
+    /// The frame of the payload is not on the last link. Name one that is.
+    #[error("payload.frame: {0}")]
+    Frame(#[from] NoSuchFrame),
     /// The robot file was refused.
     #[error(transparent)]
     Robot(#[from] RobotError),
@@ -179,10 +185,11 @@ impl Scenario {
             controller: raw.controller,
             simulation: raw.simulation,
             faults: raw.faults,
+            findings: Vec::new(),
             robot,
         };
         match raw.payload {
-            Some(payload) => scenario.with_payload(payload),
+            Some(payload) => scenario.with_framed_payload(&payload),
             None => scenario.validated(),
         }
     }
@@ -322,6 +329,22 @@ impl Scenario {
             }
         }
         self.validated()
+    }
+
+    /// Returns the scenario with the payload of a file.
+    ///
+    /// # Errors
+    /// [`ScenarioError::Frame`] if its frame is not on the last link, and those of
+    /// [`Self::with_payload`].
+    pub fn with_framed_payload(mut self, payload: &FramedPayload) -> Result<Self, ScenarioError> {
+        self.findings = payload.findings(&self.robot);
+        let payload = payload.on_last_link(&self.robot)?;
+        self.with_payload(payload)
+    }
+
+    /// Returns the findings on the payload.
+    pub fn findings(&self) -> &[Finding] {
+        &self.findings
     }
 
     /// Returns the scenario with a motion given point by point. The duration of the experiment

@@ -3,12 +3,12 @@
 
 use crate::common::experiment::{experiment, listed, regression};
 use didim_dynamics::dynamics::{BaseParameters, Model, Workspace};
-use didim_dynamics::robot::SignModel;
+use didim_dynamics::robot::{NamedFrame, SignModel};
 use didim_dynamics::simulation::{
     Cogging, FlexibleMode, MaxwellSlip, NoiseConfig, Record, Stribeck, Unmodelled,
 };
-use didim_identification::identification::{Method, identify};
-use didim_sim::{Payload, Scenario, tx40_paper, tx40_physical};
+use didim_identification::identification::{FindingCode, Method, identify};
+use didim_sim::{Payload, Scenario, ScenarioError, tx40_paper, tx40_physical};
 
 const SAMPLES: usize = 2000;
 
@@ -272,6 +272,25 @@ fn a_file_can_put_them_in() {
     for (body, point) in body.standard_parameters().iter().zip(loaded.standard_parameters()) {
         assert!((body - point).abs() < 1e-15);
     }
+    // In the frame of a link: x of the frame is z of the model, and it begins 0.1 m up.
+    let frame = NamedFrame {
+        name: "tool0".into(),
+        origin_m: [0.0, 0.0, 0.1],
+        axes: [[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]],
+    };
+    let of_urdf = robot.clone().with_frames(vec![frame]);
+    let point = "[payload]\nmass_kg = 1.0\nposition_m = [0.065, 0.0, 0.0]\n";
+    let named = format!("{text}{point}frame = \"tool0\"\n");
+    let named = Scenario::from_toml(&named, of_urdf.clone()).unwrap();
+    for (own, point) in named.standard_parameters().iter().zip(loaded.standard_parameters()) {
+        assert!((own - point).abs() < 1e-12, "{own} {point}");
+    }
+    assert!(named.findings().is_empty() && loaded.findings().is_empty());
+    let unnamed = Scenario::from_toml(&format!("{text}{point}"), of_urdf).unwrap();
+    assert_eq!(unnamed.findings()[0].code, FindingCode::LoadFrame);
+    let other = format!("{text}{point}frame = \"tool1\"\n");
+    let error = Scenario::from_toml(&other, robot.clone()).unwrap_err();
+    assert!(matches!(error, ScenarioError::Frame(_)), "{error}");
     let neither = format!("{text}[payload]\nmass_kg = 1.0\n");
     let error = Scenario::from_toml(&neither, robot.clone()).unwrap_err();
     assert!(error.to_string().contains("position_m"), "{error}");

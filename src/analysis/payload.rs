@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use didim_dynamics::robot::{NamedFrame, NoSuchFrame};
 use didim_formats::Measurement;
 use didim_identification::identification::{DeclaredLoad, Payload, PayloadError, find_payload};
 
@@ -21,6 +22,9 @@ pub enum LoadError {
     /// The result does not identify the arm, or the recording does not identify the load.
     #[error(transparent)]
     Payload(#[from] PayloadError),
+    /// The frame of the cell does not exist on its robot.
+    #[error(transparent)]
+    Frame(#[from] NoSuchFrame),
     /// The baseline has no covariance: an earlier version set it, or its result file was missing.
     /// Set the baseline again.
     #[error(
@@ -55,14 +59,17 @@ pub fn find_load(
     let declared = DeclaredLoad { mass_kg: declared_kg, centre_m: None };
     let (measurement, _) = measurement_of(cell, window)?;
     let measured = [(&measurement, window.counted_samples.clone())];
-    let payload = StoredModel::of_baseline(baseline).payload(cell, &measured, declared)?;
-    let Payload { presence, load, declared, .. } = payload;
+    let frame = cell.load_frame(None)?.frame;
+    let payload = StoredModel::of_baseline(baseline).payload(cell, &measured, declared, &frame)?;
+    let Payload { presence, load, in_frame, declared, .. } = payload;
     let baseline = line.result;
-    Ok(FoundLoad { baseline, presence, load, declared_kg, declared, changed: None })
+    let centre_of_mass = in_frame.map(|load| load.centre);
+    Ok(FoundLoad { baseline, presence, load, centre_of_mass, declared_kg, declared, changed: None })
 }
 
 impl StoredModel {
-    /// Identifies the load on the last link from measurements. Uses the samples in each range.
+    /// Identifies the load on the last link from measurements. Uses the samples in each range. The
+    /// load is also described in `frame`; the declared centre is in the frame of the last link.
     ///
     /// # Errors
     /// [`LoadError`].
@@ -71,11 +78,13 @@ impl StoredModel {
         cell: &Cell,
         measurements: &[(&Measurement, Range<usize>)],
         declared: DeclaredLoad,
+        frame: &NamedFrame,
     ) -> Result<Payload, LoadError> {
         let experiment = join_measurements(cell, measurements).map_err(IdentifyError::from)?;
         let named = self.named_parameters();
         let arm = self.known_arm(&named);
-        Ok(find_payload(&cell.robot, &cell.base, &experiment, &cell.options, arm, declared)?)
+        let (robot, base, options) = (&cell.robot, &cell.base, &cell.options);
+        Ok(find_payload(robot, base, &experiment, options, arm, declared, frame)?)
     }
 }
 

@@ -62,6 +62,11 @@ pub struct CellFile {
     pub window: Option<WindowOptions>,
     /// Identification: parameters, method and filters.
     pub identification: IdentificationSection,
+    /// Frame of loads.
+    ///
+    /// If left out: as its defaults say.
+    #[serde(default)]
+    pub payload: PayloadSection,
     /// Operation of the service.
     ///
     /// If left out: as its defaults say.
@@ -131,6 +136,20 @@ pub struct UrdfSection {
     #[serde(default)]
     #[schemars(with = "FreeTable")]
     pub joint_friction: toml::Table,
+}
+
+/// `[payload]`
+#[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PayloadSection {
+    /// Link of the URDF in whose frame loads are given and reported, such as `"tool0"`: the last
+    /// link, or one that is fixed to it. `payload`, `gains`, `design` and the service use it;
+    /// `--frame` replaces it.
+    ///
+    /// If left out: loads are reported in the frame of the link that the last joint moves. A centre
+    /// that is given counts in the model's own frame of this link, with a finding.
+    #[serde(default)]
+    pub frame: Option<String>,
 }
 
 /// `[bus]`

@@ -10,6 +10,7 @@ mod error;
 mod file;
 mod layout;
 mod library;
+mod load_frame;
 mod mistyped;
 mod open;
 mod read;
@@ -37,9 +38,11 @@ pub(crate) use data::DATE_UNIT;
 pub use data::{DataColumns, DataSection};
 pub use error::{CellError, Faults};
 pub use file::{
-    BusSection, CellFile, IdentificationSection, Processes, ServiceSection, UrdfSection,
+    BusSection, CellFile, IdentificationSection, PayloadSection, Processes, ServiceSection,
+    UrdfSection,
 };
 pub use library::{Library, SHIPPED_FILES};
+pub use load_frame::LoadFrame;
 pub use mistyped::WrongKey;
 pub use open::{MISSING_VALUE, OpenKey};
 pub use robot::{RobotSource, joint_names};
@@ -98,6 +101,8 @@ pub struct Cell {
     pub chooses_cutoff: bool,
     /// True if the friction laws are chosen from the data first.
     pub chooses_friction: bool,
+    /// Frame of loads.
+    pub payload: PayloadSection,
     /// Options for the operation of the service.
     pub service: ServiceSection,
     /// SHA-256 over the cell, robot and DBC or device files. It identifies the configuration of a

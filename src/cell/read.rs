@@ -151,6 +151,9 @@ fn read_arm(
             return None;
         }
     };
+    if let Err(error) = source.robot.load_frame(cell.payload.frame.as_deref()) {
+        found.add_fault("payload.frame", error.to_string());
+    }
     let mut robot = source.robot.clone();
     if let Some(sign) = cell.identification.sign {
         let friction = robot.own_friction();
@@ -368,6 +371,7 @@ fn assemble_cell(
         overrides_sign: file.identification.sign.is_some(),
         chooses_cutoff: file.identification.position_filter.cutoff_hz == Cutoff::Auto,
         chooses_friction: file.identification.friction.is_some(),
+        payload: file.payload,
         service: file.service,
     }
 }

@@ -61,7 +61,7 @@ impl RobotSource {
             let as_robot_file = format!("{} (as `didim robot --toml` prints it)", file.display());
             CellError::Robot { file: as_robot_file.into(), source }
         })?;
-        Ok(Self { robot, toml, urdf: Some(arm) })
+        Ok(Self { robot: arm.with_link_frames(robot), toml, urdf: Some(arm) })
     }
 
     /// Returns the robot with the drive data that the cell gives for a URDF. A robot file contains
@@ -81,7 +81,7 @@ impl RobotSource {
         let drives = drives(arm, section)?;
         let toml = arm.to_toml(&drives);
         match Robot::from_toml(&toml) {
-            Ok(robot) => Ok(Self { robot, toml, ..self }),
+            Ok(robot) => Ok(Self { robot: arm.with_link_frames(robot), toml, ..self }),
             Err(error) => {
                 Err(at_fault(arm, drives).unwrap_or(("urdf".to_owned(), problem_text(&error))))
             }

@@ -1,13 +1,14 @@
 //! A designed motion as text: the parameters that it identifies, and notes for the person who runs
 //! it.
 
+use didim_dynamics::robot::NamedFrame;
 use didim_identification::excitation::{
     CHECK_HZ, Course as _, Design, LimitKind, MIN_GAP_M, Nearest, Neighbour, Predicted,
     SweepDesign, UsedLimit, WallKind,
 };
-use didim_identification::identification::{KnownLoad, Payload, UncertainValue};
+use didim_identification::identification::{DeclaredLoad, KnownLoad, Payload, UncertainValue};
 
-use super::payload::{AXIS_NAMES, INERTIA_NAMES};
+use super::payload::{AXIS_NAMES, FrameView, INERTIA_NAMES};
 use crate::analysis::{
     Assignment, ExpectedParameter, Floor, ShapeProblem, TaskParameter, UnreadShape, WantedLoad,
     expectation_line,
@@ -53,7 +54,10 @@ pub fn design_header(
         lines.push(format!("{moving} at rest."));
     }
     if let Some(load) = &assignment.load {
-        lines.push(format!("Torques are those with {}.", declared_load(load.expected_load)));
+        lines.push(format!(
+            "Torques are those with {}.",
+            load_sentence(load.expected_load, &load.frame)
+        ));
     }
     if !assignment.task.bounds.limits_torques() {
         lines.push("Without parameters the torques of the motion are unknown.".into());
@@ -112,41 +116,42 @@ pub fn load_lines(wanted: &WantedLoad, simulated: &Payload) -> Vec<String> {
     let mut lines = vec![format!(
         "Standard deviations that `didim payload` finds for {}, from a simulated recording of \
             this motion:",
-        declared_load(wanted.expected_load)
+        load_sentence(wanted.expected_load, &wanted.frame)
     )];
     let mut line = |what: String, found: UncertainValue, unit: &str| {
         lines.push(format!("  {what}: {} {unit}", significant_digits(found.standard_deviation, 3)));
     };
-    let load = &simulated.load;
-    if let Some(found) = load.mass_kg {
+    let load = FrameView::new(simulated, DeclaredLoad::default(), &wanted.frame);
+    if let Some(found) = simulated.load.mass_kg {
         line("mass".to_owned(), found, "kg");
     }
-    for (axis, found) in AXIS_NAMES.iter().zip(load.centre_m) {
+    for (axis, found) in AXIS_NAMES.iter().zip(*load.centre_m) {
         found.into_iter().for_each(|found| line(format!("centre {axis}"), found, "m"));
     }
-    for (entry, found) in INERTIA_NAMES.iter().zip(load.inertia_kg_m2) {
+    for (entry, found) in INERTIA_NAMES.iter().zip(*load.inertia_kg_m2) {
         found.into_iter().for_each(|found| line(format!("inertia {entry}"), found, "kg·m²"));
     }
-    if !simulated.not_identifiable.is_empty() {
-        for of in &simulated.parameters {
+    if !load.not_identifiable.is_empty() {
+        for of in load.parameters {
             line(format!("sum {}", of.name), of.found, of.unit);
         }
         lines.push(format!(
             "The moving joints identify only sums of {}; one joint before them has to move too.",
-            simulated.not_identifiable.join(" ")
+            load.not_identifiable.join(" ")
         ));
     }
-    if !simulated.without_effect.is_empty() {
-        let none = simulated.without_effect.join(" ");
+    if !load.without_effect.is_empty() {
+        let none = load.without_effect.join(" ");
         lines.push(format!("No motion of this arm identifies {none} of a load."));
     }
     lines
 }
 
-fn declared_load(load: KnownLoad) -> String {
-    let [x, y, z] = load.centre_m.map(|of| significant_digits(of, 3));
+/// Describes a given load, whose centre is in the frame of the last link, in another frame.
+pub fn load_sentence(load: KnownLoad, frame: &NamedFrame) -> String {
+    let [x, y, z] = frame.point_in_frame(load.centre_m).map(|of| significant_digits(of, 3));
     let mass = significant_digits(load.mass_kg, 3);
-    format!("a load of {mass} kg with its centre at {x}, {y}, {z} m in the frame of the last link")
+    format!("a load of {mass} kg with its centre at {x}, {y}, {z} m in the frame of {}", frame.name)
 }
 
 /// Lists the joints that move, if some do not.

@@ -5,6 +5,7 @@ use didim_dynamics::robot::{JointIndex, Robot};
 
 use didim_identification::identification::{Estimate, ParameterEstimate};
 
+use super::names::name_joints;
 use super::uses::{Headline, UseLine, shown_notes};
 use super::{convergence, uses};
 use crate::text::{align_table, significant_digits, to_uncertainty};
@@ -15,7 +16,8 @@ pub type TruthOf<'a> = &'a dyn Fn(&str) -> Option<f64>;
 /// Formats one line per parameter: value, unit, statistical and combined uncertainty, and both
 /// uncertainties relative to the value.
 pub fn parameter_table(estimate: &Estimate) -> String {
-    let rows: Vec<Vec<String>> = estimate
+    let has_names = estimate.parameters.iter().any(|p| p.description.is_some());
+    let mut rows: Vec<Vec<String>> = estimate
         .parameters
         .iter()
         .map(|p| {
@@ -31,8 +33,15 @@ pub fn parameter_table(estimate: &Estimate) -> String {
             ]
         })
         .collect();
-    let header =
-        ["parameter", "value", "unit", "± statistical", "± combined", "relative", "combined"];
+    let mut header =
+        vec!["parameter", "value", "unit", "± statistical", "± combined", "relative", "combined"];
+    // The names of joints and links stand last, for they are as long as a user made them.
+    if has_names {
+        header.push("of");
+        for (row, p) in rows.iter_mut().zip(&estimate.parameters) {
+            row.push(p.description.clone().unwrap_or_default());
+        }
+    }
     let mut text = align_table(&header, &rows);
     if !estimate.nominal.is_empty() {
         let _ = writeln!(text, "kept at their nominal values: {}", fixed_parameters(estimate));
@@ -136,10 +145,10 @@ fn verdict_text(estimate: &Estimate, robot: &Robot) -> String {
         false => "\nverdict: NOT applicable\n",
     };
     for reason in &estimate.verdict.reasons {
-        text += &format!("  - {reason}\n");
+        text += &format!("  - {}\n", name_joints(&reason.to_string(), robot));
     }
     for note in shown_notes(estimate) {
-        text += &format!("  note: {note}\n");
+        text += &format!("  note: {}\n", name_joints(&note.to_string(), robot));
     }
     text
 }

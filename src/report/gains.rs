@@ -3,6 +3,7 @@
 use didim_dynamics::robot::Robot;
 use didim_identification::identification::{PayloadLimits, Scale};
 
+use super::payload::deviation_heading;
 use crate::analysis::{FoundGain, FoundGains};
 use crate::text::{align_table, significant_digits, to_uncertainty};
 
@@ -30,7 +31,15 @@ pub fn gains_text(found: &FoundGains, robot: &Robot) -> String {
             ]
         })
         .collect();
-    let header = ["joint", "stated", "found", "σ", "unit", "found / stated", "not explained"];
+    let header = [
+        "joint",
+        "stated",
+        "found",
+        deviation_heading(false),
+        "unit",
+        "found / stated",
+        "not explained",
+    ];
     let mut text = align_table(&header, &rows);
 
     text += &match found.scale {
@@ -47,7 +56,7 @@ pub fn gains_text(found: &FoundGains, robot: &Robot) -> String {
             vec![of.name.clone(), value, significant_digits(sigma, 2), of.unit.to_owned()]
         })
         .collect();
-    text += &align_table(&["name", "value", "σ", "unit"], &rows);
+    text += &align_table(&["name", "value", deviation_heading(false), "unit"], &rows);
 
     let lines = |gain: &FoundGain| Some((gain.joint, gain.cell_line.clone()?));
     let lines: Vec<_> = found.gains.iter().filter_map(lines).collect();

@@ -32,7 +32,7 @@ pub use consistent::consistent_summary;
 pub use date::date_text;
 pub use design::{
     CheckedMotion, collision_statement, conditions_text, design_header, design_text,
-    expectation_text, load_lines, prediction_lines,
+    expectation_text, load_lines, load_sentence, prediction_lines,
 };
 pub use gains::gains_text;
 pub use payload::payload_text;

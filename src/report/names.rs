@@ -1,6 +1,7 @@
 //! Meanings of parameter names, for reports and for the manual.
 
 use didim_dynamics::robot::ParameterKind::{self, *};
+use didim_dynamics::robot::{JointIndex, Robot};
 
 /// Returns the meaning of a kind of parameter, as a sentence.
 pub fn kind_meaning(kind: ParameterKind) -> &'static str {
@@ -79,3 +80,24 @@ pub const NAME_PARTS: [[&str; 2]; 4] = [
         (`identification.parameters`), or `didim identify --essential` finds them.",
     ],
 ];
+
+/// Adds the names of joints to a message that has their numbers: `joint 3 (elbow_joint)`. A number
+/// that has its name already stays.
+pub fn name_joints(message: &str, robot: &Robot) -> String {
+    const WORD: &str = "joint ";
+    let mut parts = message.split(WORD);
+    let mut text = parts.next().unwrap_or_default().to_owned();
+    for part in parts {
+        text += WORD;
+        let digits = part.bytes().take_while(u8::is_ascii_digit).count();
+        let (number, rest) = part.split_at(digits);
+        let joint = number.parse::<usize>().ok().and_then(|number| number.checked_sub(1));
+        let name = joint.and_then(|joint| robot.joint_name(JointIndex::new(joint)));
+        text += number;
+        match name {
+            Some(name) if !rest.starts_with(" (") => text += &format!(" ({name}){rest}"),
+            _ => text += rest,
+        }
+    }
+    text
+}

@@ -9,6 +9,7 @@ mod choices;
 mod command;
 mod error;
 mod first_posture;
+mod frame;
 mod input;
 mod names;
 mod next;

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use crate::program::{
     Finished, didim, identify_arm, json, parameters_with_units, repository, succeed,
 };
+use crate::urdf;
 use didim::cell::Cell;
 use didim_dynamics::dynamics::{Model, Workspace};
 use didim_dynamics::robot::{JointIndex, ParameterKind};
@@ -156,6 +157,80 @@ fn a_load_is_found_and_none_where_none_is() {
     let text = arm.payload(&arm.empty, &[]).stdout;
     assert!(text.starts_with("no load is seen: its mass is below "), "{text}");
     assert!(!text.contains("centre x"), "{text}");
+}
+
+/// The same load on a URDF, in the frame of a gripper on its last link: its z is x of the last
+/// link, and its x against z.
+#[test]
+fn a_load_is_given_and_found_in_the_frame_of_a_link() {
+    let of_file = Arm::new();
+    let loaded = of_file.loaded();
+    let folder = urdf::cell(urdf::SECTION);
+    let file = folder.path().join("arm.urdf");
+    let gripper = "<link name=\"gripper\"/><joint name=\"g\" type=\"fixed\"><parent \
+        link=\"link_6\"/><child link=\"gripper\"/><origin xyz=\"0.02 -0.03 0.1\" \
+        rpy=\"0 1.5707963267948966 0\"/></joint></robot>";
+    let text = fs::read_to_string(&file).unwrap().replace("</robot>", gripper);
+    fs::write(&file, text).unwrap();
+    let cell = folder.path().join("cell.toml");
+    let result = folder.path().join("result.json");
+    fs::write(&result, urdf::identify(&cell).to_string()).unwrap();
+    let centre = [-0.1, -0.05, 0.03];
+    let run = |more: &[&dyn AsRef<OsStr>]| {
+        let fixed: [&dyn AsRef<OsStr>; 13] = [
+            &"payload",
+            &"--cell",
+            &cell,
+            &"--result",
+            &result,
+            &"--from",
+            &"1.8",
+            &"--to",
+            &"8.196",
+            &"--declared-mass-kg",
+            &"120",
+            &"--input",
+            &loaded,
+        ];
+        didim(&[&fixed[..], more].concat())
+    };
+    let in_gripper: [&dyn AsRef<OsStr>; 2] = [&"--declared-centre-m", &"-0.1,-0.05,0.03"];
+    let named = run(&[&in_gripper[..], &[&"--frame", &"gripper", &"--json"]].concat());
+    let named = json(&named.stdout);
+    let own = &named["centre_of_mass"];
+    assert_eq!(own["frame"], "gripper");
+    for (of, truth) in own["centre_m"].as_array().unwrap().iter().zip(centre) {
+        assert!(off(of, truth)[0].abs() < 4.0, "{of} {truth}");
+    }
+    assert_eq!(
+        (&own["declared"]["within"], &named["declared"]["within"]),
+        (&true.into(), &true.into())
+    );
+    assert!(named.get("findings").is_none());
+
+    // The keys of earlier versions mean what they meant: the frame of the model.
+    let internal: [&dyn AsRef<OsStr>; 2] = [&"--declared-centre-m", &"0.05,-0.08,0.2"];
+    let unnamed = json(&run(&[&internal[..], &[&"--json"]].concat()).stdout);
+    assert_eq!(unnamed["load"], named["load"]);
+    assert_eq!(unnamed["centre_of_mass"]["frame"], "link_6");
+    assert_eq!(unnamed["findings"][0]["code"], "load-frame");
+    assert_eq!(unnamed["findings"][0]["severity"], "advisory");
+
+    let said = run(&[&in_gripper[..], &[&"--frame", &"gripper"]].concat()).stdout;
+    assert!(said.contains("in the frame of gripper") && said.contains("σ (combined)"), "{said}");
+    let said = run(&[&in_gripper[..], &[&"--frame", &"link_3"]].concat());
+    assert!(said.code == Some(2) && said.stderr.contains("gripper"), "{}", said.stderr);
+
+    // A cell names it for all of them.
+    let text = fs::read_to_string(&cell).unwrap();
+    let with_frame =
+        |name: &str| fs::write(&cell, format!("{text}\n[payload]\nframe = \"{name}\"\n"));
+    with_frame("gripper").unwrap();
+    let of_cell = json(&run(&[&in_gripper[..], &[&"--json"]].concat()).stdout);
+    assert_eq!(of_cell["centre_of_mass"], named["centre_of_mass"]);
+    with_frame("camera").unwrap();
+    let said = run(&in_gripper);
+    assert!(said.code == Some(78) && said.stderr.contains("payload.frame"), "{}", said.stderr);
 }
 
 #[test]

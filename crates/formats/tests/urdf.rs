@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use didim_dynamics::dynamics::{Model, Workspace};
-use didim_dynamics::robot::{JointIndex, Robot};
+use didim_dynamics::robot::{JointIndex, ParameterKind, Robot};
 use didim_formats::{UnreadAttribute, UrdfArm, UrdfDrives, UrdfError, UrdfNote};
 use serde::Deserialize;
 
@@ -61,6 +61,71 @@ fn torques_are_those_of_pinocchio() {
     println!("{worst:.1e} relative");
     assert_eq!(golden.arm.len(), 22);
     assert!(worst < 1e-12, "{worst}");
+}
+
+/// The arm with the frames of its last link.
+fn robot_of(text: &str) -> Robot {
+    let urdf = UrdfArm::read(text, Some("base"), Some("tip")).unwrap();
+    let toml = urdf.to_toml(&links_alone(urdf.joints()));
+    urdf.with_link_frames(Robot::from_toml(&toml).unwrap())
+}
+
+/// The nominal parameters of the last link.
+fn last_body(robot: &Robot) -> [f64; 10] {
+    let (last, table) = (JointIndex::new(robot.joints() - 1), robot.parameters());
+    let standard = robot.nominal().unwrap().standard_parameters();
+    ParameterKind::LINK.map(|kind| standard[table.column(kind, last).unwrap()])
+}
+
+/// A body on any link of the last axis, given in that link's frame, is the same in the frame with
+/// its name: on arms with axes and origins in any direction.
+#[test]
+fn a_body_on_a_link_has_its_centre_in_the_frame_of_that_link() {
+    let golden: Golden = toml::from_str(include_str!("golden/urdf.toml")).unwrap();
+    let centre = [0.02, -0.01, 0.12];
+    let (mass, [ixx, ixy, ixz, iyy, iyz, izz]) = (3.0, [0.02, 0.001, -0.002, 0.03, 0.003, 0.04]);
+    let mut count = 0;
+    for arm in &golden.arm {
+        let empty = robot_of(&arm.urdf);
+        let frames = empty.load_frame(Some("")).unwrap_err().available;
+        for name in frames {
+            let [x, y, z] = centre;
+            let body = format!(
+                "<link name=\"load\"><inertial><origin xyz=\"{x} {y} {z}\"/>\
+                 <mass value=\"{mass}\"/><inertia ixx=\"{ixx}\" ixy=\"{ixy}\" ixz=\"{ixz}\" \
+                 iyy=\"{iyy}\" iyz=\"{iyz}\" \
+                 izz=\"{izz}\"/></inertial></link><joint name=\"hold\" type=\"fixed\"><parent \
+                 link=\"{name}\"/><child link=\"load\"/></joint></robot>"
+            );
+            let loaded = robot_of(&arm.urdf.replace("</robot>", &body));
+            let (with, without) = (last_body(&loaded), last_body(&empty));
+            let frame = empty.load_frame(Some(&name)).unwrap();
+            let difference = core::array::from_fn(|k| with[k] - without[k]);
+            let own = frame.inverse().parameters_in_link(difference);
+            // J about the origin of the link's frame.
+            let expected = [
+                ixx + mass * (y * y + z * z),
+                ixy - mass * x * y,
+                ixz - mass * x * z,
+                iyy + mass * (x * x + z * z),
+                iyz - mass * y * z,
+                izz + mass * (x * x + y * y),
+                mass * x,
+                mass * y,
+                mass * z,
+                mass,
+            ];
+            for (own, expected) in own.iter().zip(expected) {
+                assert!((own - expected).abs() < 1e-11, "{name}: {own} {expected}");
+            }
+            let back = frame.point_in_frame(frame.point_in_link(centre));
+            assert!(back.iter().zip(centre).all(|(own, of)| (own - of).abs() < 1e-12), "{back:?}");
+            count += 1;
+        }
+        let first = empty.load_frame(None).unwrap().name;
+        assert_eq!(empty.link_name(JointIndex::new(arm.joints - 1)), Some(first.as_str()));
+    }
+    assert!(count > golden.arm.len(), "{count}: the tip is a frame of its own");
 }
 
 /// Two driven links; `more` goes into the robot, `inside` into its second joint.

@@ -1,14 +1,14 @@
 //! A load on the last link of arms that are known as well as an identification knows them.
 
 use didim_dynamics::dynamics::{BaseParameters, Model};
-use didim_dynamics::robot::{JointIndex, ParameterKind};
+use didim_dynamics::robot::{JointIndex, NamedFrame, ParameterKind};
 use didim_identification::feasibility::Body;
 use didim_identification::identification::{
     DeclaredLoad, Experiment, KnownArm, KnownModel, Method, ModelUncertainty, Options,
     ParameterCovariance, Payload, PayloadError, PayloadLimits, Presence, UncertainValue,
     filtered_motion, find_payload, identify,
 };
-use nalgebra::{DMatrix, Matrix3, Matrix4, Vector3};
+use nalgebra::{DMatrix, Matrix3, Matrix4, Rotation3, Vector3};
 
 use crate::arms::{Design, Random as OfDesigns, TX40};
 use crate::common::arm::{Arm, Random, options, signals};
@@ -24,6 +24,8 @@ struct Example {
     parameters: Vec<(String, f64)>,
     covariance: DMatrix<f64>,
     uncertainty: Option<ModelUncertainty>,
+    /// Frame in which the load is described; that of the model without one.
+    frame: Option<NamedFrame>,
 }
 
 /// Torques along a motion are those of these standard parameters, with noise of so much of each
@@ -62,7 +64,7 @@ impl Example {
         let covariance = estimate.covariance.unwrap().matrix(estimate.parameters.len()).unwrap();
         let parameters = estimate.parameters.iter().map(|p| (p.name.clone(), p.value)).collect();
         let uncertainty = estimate.model_uncertainty;
-        Self { arm, random, options, parameters, covariance, uncertainty }
+        Self { arm, random, options, parameters, covariance, uncertainty, frame: None }
     }
 
     /// To all digits.
@@ -71,7 +73,7 @@ impl Example {
             arm.base.names().iter().cloned().zip(arm.true_base()).collect();
         let covariance = DMatrix::identity(parameters.len(), parameters.len()) * 1e-24;
         let options = options(20.0, 0.8, 10);
-        Self { arm, random, options, parameters, covariance, uncertainty: None }
+        Self { arm, random, options, parameters, covariance, uncertainty: None, frame: None }
     }
 
     /// The arm with this body on its last link.
@@ -100,7 +102,8 @@ impl Example {
         };
         let covariance = ParameterCovariance::from_symmetric(covariance);
         let arm_found = KnownArm { model, covariance: Some(&covariance) };
-        find_payload(&arm.robot, &arm.base, record, options, arm_found, declared)
+        let frame = self.frame.as_ref().map_or_else(|| arm.robot.model_frame(), Clone::clone);
+        find_payload(&arm.robot, &arm.base, record, options, arm_found, declared, &frame)
     }
 
     fn find(&self, record: &Experiment) -> Payload {
@@ -225,6 +228,64 @@ fn without_noise_it_is_found_exactly() {
         assert!(possible.is_the_estimate && possible.cost == 0.0, "{possible:?}");
         assert!(payload.presence.seen && payload.after.relative_error < 1e-6);
     }
+}
+
+/// A frame in any direction.
+fn frame_anywhere(random: &mut Random) -> NamedFrame {
+    let angles = [(); 3].map(|()| random.uniform(-3.0, 3.0));
+    let rotation = Rotation3::from_euler_angles(angles[0], angles[1], angles[2]);
+    NamedFrame {
+        name: "tool0".into(),
+        origin_m: [(); 3].map(|()| random.uniform(-0.3, 0.3)),
+        axes: [0, 1, 2].map(|k| rotation.matrix().column(k).into_owned().into()),
+    }
+}
+
+/// The centre in a frame is that of the same body, also where an arm of few joints shows only sums
+/// of its parameters; every value that has a frame of its own is as far from the truth as before.
+#[test]
+fn a_load_comes_back_in_the_frame_of_a_link() {
+    let mut centres = 0;
+    for joints in 1..=6 {
+        let mut random = Random(40 + joints as u64);
+        let arm = Arm::random(&mut random, joints);
+        let body = block(&mut random, 1.3);
+        let frame = frame_anywhere(&mut random);
+        let mut case = Example::exact(arm, random);
+        case.frame = Some(frame.clone());
+        let standard = case.standard_with(&body);
+        let record = record(&case.arm, &mut Random(5), &standard, 0.0, None);
+        let centre = body.centre_of_mass_m().unwrap().into();
+        let declared = DeclaredLoad { mass_kg: Some(1.3), centre_m: Some(centre) };
+        let payload = case.try_find(&record, declared).unwrap();
+        let own = payload.in_frame.as_ref().unwrap();
+        assert_eq!(
+            (own.centre.frame.as_str(), own.parameters.len()),
+            ("tool0", payload.parameters.len())
+        );
+        let truth = frame.point_in_frame(centre);
+        for (found, truth) in own.centre.centre_m.iter().zip(truth) {
+            let Some(found) = found else { continue };
+            assert!((found.value - truth).abs() < 1e-6, "{joints}: {found:?} {truth}");
+            centres += 1;
+        }
+        let in_frame = frame.inverse().parameters_in_link(body.parameters());
+        let kinds = ["xx", "xy", "xz", "yy", "yz", "zz", "mx", "my", "mz", "m"];
+        for (kind, truth) in kinds.iter().zip(in_frame) {
+            let Some(alone) = own.parameters.iter().find(|of| of.name == *kind) else { continue };
+            assert!((alone.found.value - truth).abs() < 1e-6, "{joints}: {alone:?} {truth}");
+        }
+        if let Some(compared) = &payload.declared
+            && compared.together.degrees_of_freedom == 4
+        {
+            assert_eq!(own.declared.as_ref().unwrap().together.degrees_of_freedom, 4);
+        }
+        let Some(possible) = &own.body else { continue };
+        let back = frame.point_in_link(possible.centre_m);
+        let internal = payload.body.as_ref().unwrap().centre_m;
+        assert!(back.iter().zip(internal).all(|(one, other)| (one - other).abs() < 1e-9));
+    }
+    assert!(centres >= 9, "{centres}");
 }
 
 /// Of z² over these fixed seeds the root of the mean is that of right standard deviations, here to

@@ -203,6 +203,7 @@ mod tests {
 
     fn alarm(parameter: usize, since: u64) -> AlarmStatus {
         AlarmStatus {
+            description: None,
             parameter: format!("p{parameter}"),
             relative_change: Some(0.3),
             deviation_sigma: None,

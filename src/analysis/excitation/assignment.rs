@@ -5,7 +5,7 @@ use std::path::Path;
 
 use didim_dynamics::Signals;
 use didim_dynamics::dynamics::{BaseParameters, Model};
-use didim_dynamics::robot::{JointIndex, Limits, Parameter, ParameterKind, Robot};
+use didim_dynamics::robot::{JointIndex, Limits, NamedFrame, Parameter, ParameterKind, Robot};
 use didim_formats::UrdfArm;
 use didim_identification::excitation::{
     Bounds, Course, DesignObjective, ExcitationError, Margins, Noise, Task, first_motion, rows,
@@ -82,8 +82,9 @@ pub struct RequestedDesign<'a> {
     pub first_posture: Option<&'a [f64]>,
     /// Joints that move, counted from 1. `None` for all joints.
     pub moving_joints: Option<&'a [usize]>,
-    /// Load on the last link, which is identified instead of the arm's parameters.
-    pub load: Option<KnownLoad>,
+    /// Load on the last link, which is identified instead of the arm's parameters, and the frame in
+    /// which it is described. Its centre is in the frame of the last link.
+    pub load: Option<(KnownLoad, &'a NamedFrame)>,
     /// Parameters to identify. `None` for all parameters that the cell identifies.
     pub parameters: Option<&'a [String]>,
     /// True if the aim is a small condition number instead of small standard deviations.
@@ -95,6 +96,8 @@ pub struct RequestedDesign<'a> {
 pub struct WantedLoad {
     /// The expected load.
     pub expected_load: KnownLoad,
+    /// Frame in which the load is described.
+    pub frame: NamedFrame,
     /// Standard parameters of the arm with the load.
     standard_parameters: Vec<f64>,
 }
@@ -124,7 +127,8 @@ impl WantedLoad {
         let experiment = experiment.map_err(IdentifyError::from)?;
         let (named, declared) = (result.named_parameters(), DeclaredLoad::default());
         let (arm, options) = (result.known_arm(&named), &cell.options);
-        Ok(find_payload(&cell.robot, &cell.base, &experiment, options, arm, declared)?)
+        let (robot, base) = (&cell.robot, &cell.base);
+        Ok(find_payload(robot, base, &experiment, options, arm, declared, &self.frame)?)
     }
 }
 
@@ -340,7 +344,7 @@ impl DesignArm<'_> {
         }
         let moves = |joint| wanted.moving_joints.is_none_or(|of| of.contains(&joint));
         let column_of = |kind| robot.parameters().column(kind, JointIndex::new(joints - 1));
-        if let (Some(load), Some(standard)) = (wanted.load, &mut self.standard_parameters) {
+        if let (Some((load, _)), Some(standard)) = (wanted.load, &mut self.standard_parameters) {
             for (kind, value) in ParameterKind::LINK.into_iter().zip(load.parameters()) {
                 if let Some(column) = column_of(kind) {
                     standard[column] += value;
@@ -388,7 +392,7 @@ impl DesignArm<'_> {
             objective,
         };
         let mut load = None;
-        if let Some(expected_load) = wanted.load {
+        if let Some((expected_load, frame)) = wanted.load {
             let names: Vec<String> = self.parameters.iter().map(|of| of.name.clone()).collect();
             let sums = LoadSums::new(robot, base, &names)?;
             // If one motion of these joints does not identify a sum, no motion of these joints
@@ -401,7 +405,7 @@ impl DesignArm<'_> {
             task.objective =
                 DesignObjective::Deviations((count..columns).map(|place| (place, 0.0)).collect());
             let standard_parameters = standard.ok_or(AssignmentError::NoCovariance)?;
-            load = Some(WantedLoad { expected_load, standard_parameters });
+            load = Some(WantedLoad { expected_load, frame: frame.clone(), standard_parameters });
         }
         Ok(Assignment { task, parameters: self.parameters, measured_noise, load, checked_links })
     }

@@ -51,6 +51,9 @@ pub struct ParameterDrift {
 pub struct AlarmStatus {
     /// The parameter.
     pub parameter: String,
+    /// Its quantity with the name of its joint or link. `None` if the robot has no names.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub description: Option<String>,
     /// Relative change θ/θ₀ − 1.
     pub relative_change: Option<f64>,
     /// Difference in standard deviations, Δ / σ_Δ.
@@ -73,7 +76,7 @@ impl DriftStatus {
     /// Returns the reasons for bad health: one line per alarm up to the maximum number, and a line
     /// with the number of further alarms.
     pub fn reasons(&self) -> Vec<String> {
-        let alarms = self.alarms.iter().take(MAX_REASONS).map(|alarm| alarm.text.clone());
+        let alarms = self.alarms.iter().take(MAX_REASONS).map(AlarmStatus::sentence);
         let more = self.alarms.len().saturating_sub(MAX_REASONS);
         let more = match more {
             0 => None,
@@ -100,8 +103,17 @@ impl ParameterDrift {
 }
 
 impl AlarmStatus {
+    /// Returns the alarm as a sentence, with the name of the joint or link if there is one.
+    pub fn sentence(&self) -> String {
+        match &self.description {
+            Some(description) => format!("{description}: {}", self.text),
+            None => self.text.clone(),
+        }
+    }
+
     pub(super) fn new(
         change: &Change,
+        description: Option<String>,
         trend: Option<&Trend>,
         since: Timestamp,
         text: String,
@@ -109,6 +121,7 @@ impl AlarmStatus {
         let scale = change.baseline;
         Self {
             parameter: change.parameter.clone(),
+            description,
             relative_change: finite(change.relative_change()),
             deviation_sigma: finite(change.difference_deviations()),
             slope_per_day: trend.and_then(|trend| finite(trend.slope / scale)),

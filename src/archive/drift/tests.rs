@@ -14,6 +14,7 @@ const DAY_S: u64 = 86_400;
 
 fn value(name: &str, value: f64, standard_deviation: f64) -> ParameterValue {
     ParameterValue {
+        description: None,
         name: name.into(),
         unit: "N·m".into(),
         value,

@@ -141,7 +141,8 @@ impl Tracker {
         let alarms = self.alarms().filter_map(|(name, since)| {
             let change = self.last_change(name)?;
             let text = self.sentence(name)?;
-            Some(AlarmStatus::new(&change, self.trend(name).as_ref(), since, text))
+            let described = baseline.parameter(name).and_then(|of| of.description.clone());
+            Some(AlarmStatus::new(&change, described, self.trend(name).as_ref(), since, text))
         });
         DriftStatus {
             baseline: baseline.result,

@@ -18,6 +18,8 @@ fn take_with(results: &mut Results, fc3: f64, drift: DriftOptions) {
         method: "idim-ls".into(),
         robot: "tx40".into(),
         parameters: vec![ParameterEstimate {
+            joint_name: None,
+            description: None,
             name: "fc3".into(),
             regrouped: false,
             value: fc3,

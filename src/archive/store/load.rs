@@ -1,6 +1,8 @@
 //! The load on the flange in status and history.
 
-use didim_identification::identification::{Comparison, Load, Presence, UncertainValue};
+use didim_identification::identification::{
+    CentreOfMass, Comparison, Load, Presence, UncertainValue,
+};
 use serde::{Deserialize, Serialize};
 
 use crate::text::{significant_digits, to_uncertainty};
@@ -18,6 +20,9 @@ pub struct FoundLoad {
     /// Identified load.
     #[serde(flatten)]
     pub load: Load,
+    /// Its centre and inertia in the frame of a link. `None` in results of earlier versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub centre_of_mass: Option<CentreOfMass>,
     /// Noted payload minus noted payload of the baseline \[kg\].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub declared_kg: Option<f64>,
@@ -67,5 +72,26 @@ impl FoundLoad {
             text += &format!(", {} kg noted, {agrees}", significant_digits(kg, MAX_DIGITS));
         }
         text
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A load as an earlier version stored it, without the frame of its centre.
+    const EARLIER: &str = r#"{"baseline":0,"presence":{"seen":true,"mass_deviations":60.0,
+        "mass_limit_kg":null,"from_none":{"chi_squared":9.0,"degrees_of_freedom":4,
+        "probability":0.1}},"mass_kg":{"value":2.0,"standard_deviation":0.05},"centre_m":
+        [{"value":0.01,"standard_deviation":0.002},null,null],"inertia_kg_m2":
+        [null,null,null,null,null,null]}"#;
+
+    #[test]
+    fn a_load_of_an_earlier_version_is_read_as_it_was() {
+        let load: FoundLoad = serde_json::from_str(EARLIER).unwrap();
+        assert_eq!((load.centre_of_mass.as_ref(), load.line().as_str()), (None, "2.00 ± 0.050 kg"));
+        assert_eq!(load.load.centre_m[0].map(|of| of.value), Some(0.01));
+        let same: serde_json::Value = serde_json::from_str(EARLIER).unwrap();
+        assert_eq!(serde_json::to_value(&load).unwrap(), same);
     }
 }

@@ -119,7 +119,7 @@ pub fn summary(history: &JudgedHistory) -> String {
         text += "the configuration has changed since the baseline\n";
     }
     for alarm in &status.alarms {
-        text += &format!("alarm: {}\n", alarm.text);
+        text += &format!("alarm: {}\n", alarm.sentence());
     }
     if status.alarms.is_empty() && status.compared {
         text += "every parameter is in its band, or was not outside often enough for an alarm\n";

@@ -11,6 +11,7 @@ const HOSTILE: &str = "<script>alert('&\"')</script>";
 
 fn line(result: u64, fc3: f64) -> HistoryLine {
     let value = |name: &str, value: f64, standard_deviation: f64| ParameterValue {
+        description: None,
         name: name.into(),
         unit: "N·m".into(),
         value,

@@ -18,7 +18,7 @@ pub fn baseline_section(drift: &DriftStatus) -> String {
     let more = parameters.len().saturating_sub(MAX_ROWS);
     parameters.truncate(MAX_ROWS);
     let content = html! {
-        @for alarm in &drift.alarms { p.alarm { strong { "Alarm: " } (alarm.text) "." } }
+        @for alarm in &drift.alarms { p.alarm { strong { "Alarm: " } (alarm.sentence()) "." } }
         @if drift.compared && drift.alarms.is_empty() { p { "No alarm is raised." } }
         @if let Some(why) = &drift.why_not {
             p { "The result is not compared. " (to_sentence(why)) }

@@ -99,7 +99,7 @@ impl HistoryReport<'_> {
                 @if status.reconfigured {
                     p { "The configuration has changed since the baseline." }
                 }
-                @if raised { ul { @for alarm in &status.alarms { li { (alarm.text) "." } } } }
+                @if raised { ul { @for alarm in &status.alarms { li { (alarm.sentence()) "." } } } }
             }
         }
     }

@@ -26,11 +26,11 @@ pub(super) fn section(report: &Report<'_>) -> Markup {
                 th scope="col" { "Parameter" }
                 th.number scope="col" { "Value" }
                 th scope="col" { "Unit" }
-                th.number scope="col" { "σ" }
-                th.number.relative scope="col" { "Relative σ" }
+                th.number scope="col" { "σ (statistical)" }
+                th.number.relative scope="col" { "Relative σ (statistical)" }
                 th.bar scope="col" { (scale.labels()) }
                 th.number scope="col" { "Classical" }
-                th.number scope="col" { "Combined" }
+                th.number scope="col" { "Relative σ (combined)" }
                 @if has_nominal {
                     th.number scope="col" { "Nominal" }
                     th.number scope="col" { "From nominal" }
@@ -38,8 +38,9 @@ pub(super) fn section(report: &Report<'_>) -> Markup {
             } }
             @for joint in (0..report.cell.robot.joints()).map(JointIndex::new) {
                 @let rows = parameters_of_joint(report.cell, parameters, joint);
+                @let label = report.cell.robot.joint_label(joint);
                 @if !rows.is_empty() { tbody {
-                    tr.joint { th scope="rowgroup" colspan=(columns) { "Joint " (joint) } }
+                    tr.joint { th scope="rowgroup" colspan=(columns) { "Joint " (label) } }
                     @for (parameter, unit) in rows {
                         (row(parameter, unit, scale, has_nominal.then(|| nominal(&parameter.name))))
                     }

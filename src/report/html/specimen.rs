@@ -16,6 +16,8 @@ pub(crate) const HOSTILE: &str = "<script>alert('&amp;\"')</script>";
 
 fn parameter(name: &str, value: f64, deviation: f64) -> ParameterEstimate {
     ParameterEstimate {
+        joint_name: None,
+        description: None,
         name: name.to_owned(),
         regrouped: name.ends_with('r'),
         value,

@@ -5,6 +5,7 @@ use didim_identification::identification::{ConvergenceStep, Method, Use};
 use maud::{Markup, html};
 
 use super::super::convergence::draw_panel;
+use super::super::names::name_joints;
 use super::super::uses::{self, Headline, has_refused_use, shown_notes};
 use super::page::to_sentence;
 use super::{Report, chart, number_text, percent_text, section};
@@ -28,7 +29,9 @@ pub(super) fn verdict_section(report: &Report<'_>) -> Markup {
     let estimate = &report.identification.estimate;
     let (verdict, robot) = (&estimate.verdict, &report.cell.robot);
     let headline = Headline::new(estimate, robot);
-    let notes: Vec<String> = shown_notes(estimate).map(ToString::to_string).collect();
+    let notes = shown_notes(estimate).map(|note| name_joints(&note.to_string(), robot));
+    let notes: Vec<String> = notes.collect();
+    let reasons = verdict.reasons.iter().map(|of| name_joints(&of.to_string(), robot));
     // Green only if no use is refused.
     let class = match (verdict.applicable, has_refused_use(estimate)) {
         (true, false) => "applicable",
@@ -41,7 +44,7 @@ pub(super) fn verdict_section(report: &Report<'_>) -> Markup {
             @for sentence in &headline.refused { p.no { (sentence) "." } }
             @if !verdict.reasons.is_empty() {
                 p { "Against the uses that the cell requires:" }
-                ul { @for reason in &verdict.reasons { li { (to_sentence(&reason.to_string())) } } }
+                ul { @for reason in reasons { li { (to_sentence(&reason)) } } }
             }
             div.scroll { table.uses {
                 thead { tr {

@@ -106,5 +106,6 @@ fn text(baseline: &Baseline) -> String {
             ]
         })
         .collect();
-    text + "\n" + &align_table(&["parameter", "value", "unit", "σ", "relative σ"], &rows)
+    text + "\n"
+        + &align_table(&["parameter", "value", "unit", "σ (statistical)", "relative σ"], &rows)
 }

@@ -15,6 +15,7 @@ use indicatif::ProgressBar;
 
 use crate::CliError;
 use crate::first_posture::read_first_posture;
+use crate::frame::{FrameOfLoads, note_lines};
 use crate::input::{parse_numbers, parse_point, parse_positive, read_robot};
 use crate::notes::print_note;
 use crate::output::{check_outputs, print, write_text};
@@ -22,7 +23,7 @@ use crate::progress::style_bar;
 use didim::analysis::{
     Assignment, Floor, OTHER_CONFIGURATION, RequestedChecks, RequestedDesign, StoredModel,
 };
-use didim::cell::{Cell, CellError, joint_names};
+use didim::cell::{Cell, CellError, LoadFrame, joint_names};
 use didim::report::{
     CheckedMotion, collision_statement, conditions_text, design_header, design_text, html,
     load_lines, prediction_lines, sweep_lines, sweep_text,
@@ -92,7 +93,7 @@ pub(crate) struct Arguments {
         required_if_eq("objective", "payload")
     )]
     declared_mass_kg: Option<f64>,
-    /// Its centre, in the frame of the last link [m]
+    /// Its centre [m], in the frame of --frame
     #[arg(
         long,
         value_name = "X,Y,Z",
@@ -102,6 +103,8 @@ pub(crate) struct Arguments {
         required_if_eq("objective", "payload")
     )]
     declared_centre_m: Option<[f64; 3]>,
+    #[command(flatten)]
+    frame: FrameOfLoads,
     /// Parameters to identify, separated by commas; all identified ones when left out
     #[arg(long, value_name = "NAME", value_delimiter = ',', conflicts_with = "declared_mass_kg")]
     parameters: Option<Vec<String>>,
@@ -378,6 +381,9 @@ impl Arguments {
                 "--declared-mass-kg and --declared-centre-m go with --objective payload";
             return Err(CliError::Usage(explanation.to_owned()));
         }
+        if self.objective != Objective::Payload && self.frame.is_given() {
+            return Err(CliError::Usage("--frame goes with --objective payload".to_owned()));
+        }
         match (&self.cell, &self.robot) {
             (Some(file), _) => self.of_cell(file),
             (None, Some(file)) => self.of_robot(file),
@@ -402,9 +408,12 @@ impl Arguments {
             Some(file) => Some(read_first_posture(file, &cell.robot, Some(&cell))?),
             None => None,
         };
-        let wanted = self.wanted(accelerations.as_deref(), first.as_deref());
+        let frame = self.frame.of_cell(&cell)?;
+        print_note(&note_lines(&frame.findings(self.declared_centre_m.is_some())));
+        let wanted = self.wanted(accelerations.as_deref(), (Some(&frame), first.as_deref()));
         let subject = DesignSubject::of_cell(&cell, stored.as_ref(), &wanted)?;
-        Ok(DesignSubject { identified: stored.map(|stored| (cell, stored)), ..subject })
+        let identified = stored.map(|stored| (cell, stored));
+        Ok(DesignSubject { identified, ..subject })
     }
 
     fn of_robot(&self, file: &Path) -> Result<DesignSubject, CliError> {
@@ -424,22 +433,24 @@ impl Arguments {
             Some(file) => Some(read_first_posture(file, robot, None)?),
             None => None,
         };
-        let wanted = self.wanted(accelerations.as_deref(), first.as_deref());
+        let wanted = self.wanted(accelerations.as_deref(), (None, first.as_deref()));
         let assignment = Assignment::of_robot((file, &source), &base, &wanted);
         let joints = joint_names(source.urdf.as_ref(), robot.joints());
         let assignment = assignment.map_err(CliError::from_configuration)?;
-        Ok(DesignSubject { robot: source.robot, joints, assignment, identified: None })
+        let (robot, identified) = (source.robot, None);
+        Ok(DesignSubject { robot, joints, assignment, identified })
     }
 
+    /// Returns the request, with the frame of the load if there is one, and the first posture.
     fn wanted<'a>(
         &'a self,
         accelerations: Option<&'a [f64]>,
-        first_posture: Option<&'a [f64]>,
+        (frame, first_posture): (Option<&'a LoadFrame>, Option<&'a [f64]>),
     ) -> RequestedDesign<'a> {
         RequestedDesign {
             first_posture,
             moving_joints: self.joints.as_deref().or(self.friction_sweep.as_deref()),
-            load: self.load(),
+            load: frame.and_then(|frame| Some((self.load(frame)?, &frame.frame))),
             parameters: self.parameters.as_deref(),
             condition_number: self.objective == Objective::ConditionNumber,
             ..requested_motion(&self.within, accelerations, self.duration)
@@ -447,8 +458,9 @@ impl Arguments {
     }
 
     /// Returns the declared load; `None` unless the objective is `payload`.
-    fn load(&self) -> Option<KnownLoad> {
+    fn load(&self, frame: &LoadFrame) -> Option<KnownLoad> {
         let (mass_kg, centre_m) = (self.declared_mass_kg?, self.declared_centre_m?);
+        let centre_m = frame.centre_in_link(centre_m);
         (self.objective == Objective::Payload).then_some(KnownLoad { mass_kg, centre_m })
     }
 }

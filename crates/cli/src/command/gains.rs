@@ -3,10 +3,11 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use didim_identification::identification::KnownLoad;
+use didim_identification::identification::{Finding, KnownLoad};
 use serde::Serialize;
 
 use crate::CliError;
+use crate::frame::{FrameOfLoads, note_lines};
 use crate::input::{Samples, parse_point, parse_positive};
 use crate::names::DEFAULT_CELL;
 use crate::output::print;
@@ -15,7 +16,7 @@ use crate::stream::InputFileOrStream;
 use crate::terminal::print_for_terminal;
 use didim::analysis::{FoundGains, find_drive_gains, measurement_pairs};
 use didim::cell::Cell;
-use didim::report::gains_text;
+use didim::report::{gains_text, load_sentence};
 
 /// Version of the `--json` layout.
 const SCHEMA: u32 = 1;
@@ -43,7 +44,7 @@ pub(crate) struct Arguments {
         requires = "loaded"
     )]
     declared_mass_kg: Option<f64>,
-    /// Centre of mass of the load, in the frame of the last link [m]
+    /// Centre of mass of the load [m], in the frame of --frame
     #[arg(
         long,
         value_name = "X,Y,Z",
@@ -52,9 +53,18 @@ pub(crate) struct Arguments {
         requires = "loaded"
     )]
     declared_centre_m: Option<[f64; 3]>,
+    #[command(flatten)]
+    frame: FrameOfLoads,
     /// Print one JSON object and nothing else
     #[arg(long)]
     json: bool,
+}
+
+/// Centre of mass of the given load.
+#[derive(Serialize)]
+struct GivenCentre<'a> {
+    frame: &'a str,
+    centre_m: [f64; 3],
 }
 
 /// Output of `--json`.
@@ -64,6 +74,12 @@ struct Output<'a> {
     robot: &'a str,
     #[serde(flatten)]
     found: &'a FoundGains,
+    /// The given load with the frame of its centre.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    centre_of_mass: Option<GivenCentre<'a>>,
+    /// Findings on the given load.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    findings: Vec<Finding>,
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
@@ -75,7 +91,10 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let empty = read(&arguments.input)?;
     let loaded = arguments.loaded.as_deref().map(read).transpose()?;
     let Arguments { declared_mass_kg, declared_centre_m, .. } = *arguments;
-    let load = declared_mass_kg.zip(declared_centre_m);
+    let frame = arguments.frame.of_cell(&cell)?;
+    let findings = frame.findings(declared_centre_m.is_some());
+    let centre_m = declared_centre_m.map(|centre| frame.centre_in_link(centre));
+    let load = declared_mass_kg.zip(centre_m);
     let load = load.map(|(mass_kg, centre_m)| KnownLoad { mass_kg, centre_m });
     let loaded = loaded.as_deref().map(measurement_pairs).zip(load);
     let working = WorkIndicator::start("finding the gains");
@@ -84,9 +103,17 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let outcome = working.show_during(|| find_drive_gains(&cell, &empty, load_of_recording));
     let gains = outcome.map_err(CliError::from_failure)?;
     if arguments.json {
-        let output = Output { schema: SCHEMA, robot: cell.robot.name(), found: &gains };
+        let centre_of_mass = load.map(|load| GivenCentre {
+            frame: &frame.frame.name,
+            centre_m: frame.frame.point_in_frame(load.centre_m),
+        });
+        let (schema, robot, found) = (SCHEMA, cell.robot.name(), &gains);
+        let output = Output { schema, robot, found, centre_of_mass, findings };
         let json = serde_json::to_string(&output).map_err(CliError::from_failure)?;
         return print(&format!("{json}\n"));
     }
-    print_for_terminal(&gains_text(&gains, &cell.robot))
+    let load_line = load.map(|load| format!("load: {}\n", load_sentence(load, &frame.frame)));
+    let text =
+        gains_text(&gains, &cell.robot) + &load_line.unwrap_or_default() + &note_lines(&findings);
+    print_for_terminal(&text)
 }

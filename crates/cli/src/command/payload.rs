@@ -4,10 +4,11 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use didim_identification::identification::{DeclaredLoad, Payload, PayloadError};
+use didim_identification::identification::{DeclaredLoad, Finding, Payload, PayloadError};
 use serde::Serialize;
 
 use crate::CliError;
+use crate::frame::{FrameOfLoads, note_lines};
 use crate::input::{Samples, parse_point, parse_positive};
 use crate::names::DEFAULT_CELL;
 use crate::output::print;
@@ -42,9 +43,11 @@ pub(crate) struct Arguments {
     /// Declared mass of the payload [kg]
     #[arg(long, value_name = "KG", value_parser = parse_positive, allow_negative_numbers = true)]
     declared_mass_kg: Option<f64>,
-    /// Declared centre of mass, in the frame of the last link [m]
+    /// Declared centre of mass [m], in the frame of --frame
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_point, allow_hyphen_values = true)]
     declared_centre_m: Option<[f64; 3]>,
+    #[command(flatten)]
+    frame: FrameOfLoads,
     /// Print one JSON object and nothing else
     #[arg(long)]
     json: bool,
@@ -60,6 +63,9 @@ struct Output<'a> {
     recorded: Option<RecordingStart>,
     #[serde(flatten)]
     payload: &'a Payload,
+    /// Findings on what was declared.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    findings: Vec<Finding>,
     /// True if the result was identified with this configuration; `None` if the result does not
     /// name its configuration.
     same_configuration: Option<bool>,
@@ -71,11 +77,13 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         StoredModel::read_stored_model(&arguments.result, cell).map_err(CliError::from_failure)?;
     let input = InputFileOrStream::open(&arguments.input)?;
     let parts = arguments.samples.read(&input, &cell)?;
-    let declared =
-        DeclaredLoad { mass_kg: arguments.declared_mass_kg, centre_m: arguments.declared_centre_m };
+    let frame = arguments.frame.of_cell(&cell)?;
+    let findings = frame.findings(arguments.declared_centre_m.is_some());
+    let centre_m = arguments.declared_centre_m.map(|centre| frame.centre_in_link(centre));
+    let declared = DeclaredLoad { mass_kg: arguments.declared_mass_kg, centre_m };
     let working = WorkIndicator::start("finding the load");
-    let outcome =
-        working.show_during(|| model.payload(&cell, &measurement_pairs(&parts), declared));
+    let outcome = working
+        .show_during(|| model.payload(&cell, &measurement_pairs(&parts), declared, &frame.frame));
     let payload = outcome.map_err(|error| match error {
         LoadError::Payload(
             PayloadError::NoCovariance
@@ -88,12 +96,13 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     if arguments.json {
         let robot = cell.robot.name();
         let recorded = parts.first().and_then(|first| first.recording_start);
-        let output =
-            Output { schema: SCHEMA, robot, recorded, payload: &payload, same_configuration };
+        let (schema, payload) = (SCHEMA, &payload);
+        let output = Output { schema, robot, recorded, payload, findings, same_configuration };
         let json = serde_json::to_string(&output).map_err(CliError::from_failure)?;
         return print(&format!("{json}\n"));
     }
-    let mut text = payload_text(&payload, declared, &cell.robot);
+    let mut text = payload_text(&payload, declared, &cell.robot, &frame.frame);
+    text += &note_lines(&findings);
     if same_configuration == Some(false) {
         text += &format!("note: {OTHER_CONFIGURATION}\n");
     }

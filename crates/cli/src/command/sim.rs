@@ -10,7 +10,9 @@ use didim_formats::read_motion;
 use didim_sim::{CandumpSink, Pace, PlaybackResult, Scenario, SocketCanSink, VirtualDevice, play};
 
 use crate::CliError;
+use crate::frame::note_lines;
 use crate::names::DEFAULT_CELL;
+use crate::notes::print_note;
 use crate::output::{check_outputs, print, write_whole};
 use didim::cell::{BusAddress, Cell};
 use didim::files::read_text;
@@ -155,5 +157,6 @@ pub(super) fn read_scenario(name: &str, cell: &Cell) -> Result<Scenario, CliErro
     .map_err(|error| CliError::from_configuration(format!("{name}: {error}")))?;
     check_robot(&scenario, cell)
         .map_err(|error| CliError::from_configuration(format!("{name}: {error}")))?;
+    print_note(&note_lines(scenario.findings()));
     Ok(scenario)
 }

@@ -5,8 +5,10 @@ use super::friction::{FrictionTerms, JointFriction, SignModel};
 use super::index::JointIndex;
 use super::joint::{Joint, Limits};
 use super::known_torque::KnownTorque;
+use super::link_frame::NamedFrame;
 use super::nominal::NominalParameters;
-use super::parameters::ParameterTable;
+use super::parameter_kind::ParameterKind;
+use super::parameters::{Parameter, ParameterTable};
 use super::recorded_torque::{RecordedTorque, TorqueTerm};
 use super::transmission::Transmission;
 
@@ -19,6 +21,10 @@ pub struct Robot {
     pub(super) joints: Vec<Joint>,
     /// One entry per joint; `None` without a name.
     pub(super) joint_names: Vec<Option<String>>,
+    /// Names of the links, one entry per joint; empty without names.
+    pub(super) link_names: Vec<String>,
+    /// Named frames on the last link, that of the link itself first; empty for a robot file.
+    pub(super) frames: Vec<NamedFrame>,
     pub(super) transmission: Transmission,
     pub(super) friction: FrictionTerms,
     /// Friction of each joint.
@@ -139,6 +145,33 @@ impl Robot {
             Some(name) => format!("{joint} ({name})"),
             None => joint.to_string(),
         }
+    }
+
+    /// Describes a parameter with the name of its joint or link:
+    /// ``Coulomb friction of joint 3, `elbow_joint` ``. `None` without such a parameter or name.
+    pub fn parameter_description(&self, parameter: &str) -> Option<String> {
+        let column = self.parameters.find(parameter)?;
+        let Parameter { kind, joint } = *self.parameters.parameters().get(column)?;
+        let quantity = kind.quantity();
+        if ParameterKind::LINK.contains(&kind) {
+            let axes = if kind == ParameterKind::M { "" } else { kind.symbol() };
+            let axes = axes.trim_start_matches('m');
+            let space = if axes.is_empty() { "" } else { " " };
+            let name = self.link_name(joint)?;
+            return Some(format!("{quantity}{space}{axes} of link {joint}, `{name}`"));
+        }
+        let name = self.joint_name(joint)?;
+        let owner = match kind {
+            ParameterKind::FvMotor | ParameterKind::FcMotor => "motor",
+            _ => "joint",
+        };
+        Some(format!("{quantity} of {owner} {joint}, `{name}`"))
+    }
+
+    /// Returns the name of the joint of a parameter, if there is one.
+    pub fn parameter_joint_name(&self, parameter: &str) -> Option<&str> {
+        let column = self.parameters.find(parameter)?;
+        self.joint_name(self.parameters.parameters().get(column)?.joint)
     }
 
     /// Acceleration of gravity in the base frame \[m/s²\]; (0, 0, −9.81) for an arm on the floor.

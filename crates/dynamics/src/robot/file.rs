@@ -315,6 +315,8 @@ impl Robot {
             gravity_m_s2: raw.gravity_m_s2.into_inner(),
             joints,
             joint_names,
+            link_names: Vec::new(),
+            frames: Vec::new(),
             transmission,
             friction,
             own_friction,

@@ -103,6 +103,25 @@ impl ParameterKind {
         )
     }
 
+    /// Returns the name of the quantity: `Coulomb friction`.
+    pub fn quantity(self) -> &'static str {
+        match self {
+            Self::Xx | Self::Xy | Self::Xz | Self::Yy | Self::Yz | Self::Zz => "inertia",
+            Self::Mx | Self::My | Self::Mz => "first moment",
+            Self::M => "mass",
+            Self::Ia => "drive inertia",
+            Self::Fv | Self::FvMotor => "viscous friction",
+            Self::FvQuadratic => "quadratic friction",
+            Self::FvCubic => "cubic friction",
+            Self::FvAsymmetric => "difference of viscous friction by direction",
+            Self::Fc | Self::FcMotor => "Coulomb friction",
+            Self::FcLoad => "load-dependent Coulomb friction",
+            Self::Fs => "Stribeck friction",
+            Self::Fh => "hysteresis friction",
+            Self::Off => "torque offset",
+        }
+    }
+
     /// Its symbol in lower case, as names of parameters have it.
     pub fn symbol(self) -> &'static str {
         match self {

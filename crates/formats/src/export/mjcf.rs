@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use didim_dynamics::robot::{JointIndex, MotorIndex, ParameterKind};
+use didim_dynamics::robot::{JointIndex, MotorIndex, ParameterKind, Robot};
 use nalgebra::UnitQuaternion;
 
 use super::left_out::{ExportKind, LeftOut};
@@ -11,7 +11,9 @@ use crate::urdf::Body;
 use crate::xml::{escape_attribute, within_comment};
 
 /// Writes the arm as MJCF: joints with `armature`, `damping` and `frictionloss`. A motor that is
-/// coupled to several joints becomes a fixed tendon over them, with these attributes.
+/// coupled to several joints becomes a fixed tendon over them, with these attributes. Bodies and
+/// joints have the names of the robot's links and joints. Each drive is an actuator, whose control
+/// is the torque on the side of the joint \[N·m or N\].
 ///
 /// # Errors
 /// [`ExportError`].
@@ -33,7 +35,9 @@ pub fn to_mjcf(model: &ExportModel<'_>) -> Result<String, ExportError> {
         escape_attribute(robot.name())
     );
     for (index, joint) in robot.chain().iter().enumerate() {
-        let (number, tab) = (index + 1, "  ".repeat(index + 2));
+        let (tab, name) = ("  ".repeat(index + 2), joint_name(robot, index));
+        let link = robot.link_name(JointIndex::new(index));
+        let link = link.map_or_else(|| format!("link_{}", index + 1), escape_attribute);
         let Body { mass_kg, centre_m, inertia_kg_m2 } = model.body(index)?;
         let pose = pose(joint);
         let [x, y, z]: [f64; 3] = pose.translation.vector.into();
@@ -50,11 +54,11 @@ pub fn to_mjcf(model: &ExportModel<'_>) -> Result<String, ExportError> {
         let j = |row, column| inertia_kg_m2[(row, column)];
         let _ = writeln!(
             text,
-            "{tab}<body name=\"link_{number}\" pos=\"{x:?} {y:?} {z:?}\" quat=\"{:?} {:?} {:?} \
+            "{tab}<body name=\"{link}\" pos=\"{x:?} {y:?} {z:?}\" quat=\"{:?} {:?} {:?} \
              {:?}\">\n\
              {tab}  <inertial pos=\"{:?} {:?} {:?}\" mass=\"{:?}\" fullinertia=\"{:?} {:?} {:?} \
              {:?} {:?} {:?}\"/>\n\
-             {tab}  <joint name=\"joint_{number}\" type=\"{kind}\" axis=\"0 0 1\" range=\"{low:?} \
+             {tab}  <joint name=\"{name}\" type=\"{kind}\" axis=\"0 0 1\" range=\"{low:?} \
              {high:?}\"{force}{drive}/>",
             q.w,
             q.i,
@@ -77,6 +81,7 @@ pub fn to_mjcf(model: &ExportModel<'_>) -> Result<String, ExportError> {
     }
     text.push_str("  </worldbody>\n");
     text.push_str(&tendon_section(model));
+    text.push_str(&actuator_section(robot));
     text.push_str("</mujoco>\n");
     Ok(text)
 }
@@ -139,10 +144,37 @@ fn tendon_section(model: &ExportModel<'_>) -> String {
             writeln!(text, "    <fixed name=\"motor_{number}\"{}>", attributes.collect::<String>());
         let direction = robot.transmission().direction(motor);
         for (joint, share) in direction.iter().enumerate().filter(|(_, share)| **share != 0.0) {
-            let joint = JointIndex::new(joint);
-            let _ = writeln!(text, "      <joint joint=\"joint_{joint}\" coef=\"{share:?}\"/>");
+            let joint = joint_name(robot, joint);
+            let _ = writeln!(text, "      <joint joint=\"{joint}\" coef=\"{share:?}\"/>");
         }
         text.push_str("    </fixed>\n");
     }
     if text.is_empty() { text } else { format!("  <tendon>\n{text}  </tendon>\n") }
+}
+
+/// Writes the drives: a motor on its joint, or on the tendon of a coupled motor.
+fn actuator_section(robot: &Robot) -> String {
+    let mut text = String::from("  <actuator>\n");
+    for (index, joint) in robot.chain().iter().enumerate() {
+        let name = joint_name(robot, index);
+        let transmission = match robot.transmission().is_coupled(index) {
+            true => format!("tendon=\"motor_{}\"", MotorIndex::new(index)),
+            false => format!("joint=\"{name}\""),
+        };
+        let range =
+            joint.limits.torque_max.map(|most| format!(" ctrlrange=\"{:?} {most:?}\"", -most));
+        // Writing to a String cannot fail.
+        let _ = writeln!(
+            text,
+            "    <motor name=\"{name}\" {transmission}{}/>",
+            range.unwrap_or_default()
+        );
+    }
+    text + "  </actuator>\n"
+}
+
+/// Returns the name of a joint, as an attribute.
+fn joint_name(robot: &Robot, joint: usize) -> String {
+    let name = robot.joint_name(JointIndex::new(joint));
+    name.map_or_else(|| format!("joint_{}", joint + 1), escape_attribute)
 }

@@ -41,6 +41,9 @@ pub(super) struct ChainAxis {
 pub(super) struct AttachedLink {
     /// Its index in the file.
     pub(super) link: usize,
+    pub(super) name: String,
+    /// Its frame in that of the base at q = 0.
+    pub(super) pose: IsometryMatrix3<f64>,
     /// Its body in the frame of the base at q = 0, if it has one.
     pub(super) body: Option<Body>,
     /// True if a joint outside the chain leads to it.
@@ -204,7 +207,14 @@ impl UrdfFile {
             _ => None,
         };
         let capsules = self.link_capsules((link, true), poses, chain);
-        axis.attached_links.push(AttachedLink { link, body, is_off_chain: is_held, capsules });
+        axis.attached_links.push(AttachedLink {
+            link,
+            name: name.clone(),
+            pose: poses[link].unwrap_or_else(IsometryMatrix3::identity),
+            body,
+            is_off_chain: is_held,
+            capsules,
+        });
         for (k, joint) in self.joints.iter().enumerate() {
             if joint.parent == link && !moving.contains(&k) {
                 if joint.is_moving() {

@@ -30,6 +30,9 @@ pub(crate) struct UrdfLimits {
     pub zero_length_m: f64,
     /// Smallest length taken for zero that is worth a note \[m\]. Derived: rounding leaves less.
     pub noted_length_m: f64,
+    /// Share of the largest nominal value of its kind below which one is 0 \[1\]. Derived: rounding
+    /// of rotated bodies leaves less.
+    pub zero_share: f64,
     /// Assumed range of a continuous joint either way \[rad\]. Convention: a hundred turns.
     pub continuous_range_rad: f64,
 }
@@ -46,6 +49,7 @@ impl UrdfLimits {
         rough_decimals: 4,
         zero_length_m: 1e-6,
         noted_length_m: 1e-12,
+        zero_share: 1e-12,
         continuous_range_rad: 100.0 * core::f64::consts::TAU,
     };
 }

@@ -14,6 +14,7 @@ mod static_gravity;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
+use didim_dynamics::robot::{NamedFrame, Robot};
 use nalgebra::{IsometryMatrix3, Vector3};
 
 pub use edit::{UrdfValues, WRITTEN_BY};
@@ -24,6 +25,7 @@ pub use shape::{UrdfGeometry, UrdfShape};
 
 use chain::{Chain, ChainAxis};
 use file::{CollisionCapsule, UrdfFile};
+use limits::UrdfLimits;
 use modified_dh::{Frame, PlacedJoint, place_frames};
 use static_gravity::unset_placeholders;
 
@@ -149,6 +151,29 @@ impl UrdfArm {
             .chain(self.axes.iter().map(|axis| axis.link_name.as_str()))
     }
 
+    /// Returns the robot with the names of the links, and with the frames of the links that are
+    /// fixed to the last one, in its frame.
+    #[must_use]
+    pub fn with_link_frames(&self, robot: Robot) -> Robot {
+        let links = self.axes.iter().filter_map(|axis| axis.attached_links.first());
+        let names = links.map(|link| link.name.clone()).collect();
+        let last = self.axes.last().zip(self.link_parameters.last());
+        let frames = last.into_iter().flat_map(|(axis, placed)| {
+            let inverse = placed.frame().pose().inverse();
+            let fixed = axis.attached_links.iter().filter(|link| !link.is_off_chain);
+            fixed.map(move |link| {
+                let pose = inverse * link.pose;
+                let axis = |k: usize| pose.rotation.matrix().column(k).map(without_rounding).into();
+                NamedFrame {
+                    name: link.name.clone(),
+                    origin_m: pose.translation.vector.map(without_rounding).into(),
+                    axes: [axis(0), axis(1), axis(2)],
+                }
+            })
+        });
+        robot.with_link_names(names).with_frames(frames.collect())
+    }
+
     /// Returns base and tip.
     pub fn base_and_tip(&self) -> [&str; 2] {
         [&self.base, &self.tip]
@@ -259,13 +284,17 @@ impl UrdfArm {
             writeln!(out, "  [{}],", row.collect::<Vec<_>>().join(", "))?;
         }
         writeln!(out, "]\n\n[friction]\n{}", drives.friction)?;
-        if !self.has_bodies {
-            return Ok(());
-        }
+        if self.has_bodies { self.write_nominal(drives, out) } else { Ok(()) }
+    }
+
+    fn write_nominal(&self, drives: &UrdfDrives, out: &mut String) -> std::fmt::Result {
         writeln!(out, "[nominal]")?;
-        for (number, (axis, placed)) in self.axes.iter().zip(&self.link_parameters).enumerate() {
+        let placed = self.axes.iter().zip(&self.link_parameters);
+        let parameters = placed.map(|(axis, placed)| placed.parameters(axis.link_bodies()));
+        let parameters = without_rounded_values(parameters.collect());
+        for (number, (axis, parameters)) in self.axes.iter().zip(parameters).enumerate() {
             let number = number + 1;
-            for (name, value) in LINK_PARAMETERS.iter().zip(placed.parameters(axis.link_bodies())) {
+            for (name, value) in LINK_PARAMETERS.iter().zip(parameters) {
                 writeln!(out, "{name}{number} = {value:?}")?;
             }
             for (name, value) in ["fv", "fc"].iter().zip(axis.friction.into_iter().flatten()) {
@@ -317,4 +346,19 @@ fn single_line(name: &str) -> String {
 /// Removes rounding errors.
 fn without_rounding(value: f64) -> f64 {
     if value.abs() < 1e-13 { 0.0 } else { value }
+}
+
+/// Sets nominal values to 0 that are rounding: below this share of the largest of their kind
+/// (inertia, first moment, mass) in the arm.
+fn without_rounded_values(mut links: Vec<[f64; 10]>) -> Vec<[f64; 10]> {
+    for kind in [0..6, 6..9, 9..10] {
+        let values = links.iter().flat_map(|link| &link[kind.clone()]);
+        let largest = values.fold(0.0, |largest: f64, value| largest.max(value.abs()));
+        for value in links.iter_mut().flat_map(|link| &mut link[kind.clone()]) {
+            if value.abs() < UrdfLimits::DEFAULT.zero_share * largest {
+                *value = 0.0;
+            }
+        }
+    }
+    links
 }

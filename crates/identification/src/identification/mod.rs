@@ -54,8 +54,8 @@ pub use judgement::{
 };
 pub use observation::{Motion, filtered_motion, observation_matrix};
 pub use payload::{
-    Comparison, DeclaredLoad, KnownArm, Load, LoadBody, LoadParameter, LoadSums,
-    MahalanobisDistance, Payload, PayloadError, Presence, UncertainValue, find_payload,
+    CentreOfMass, Comparison, DeclaredLoad, KnownArm, Load, LoadBody, LoadInFrame, LoadParameter,
+    LoadSums, MahalanobisDistance, Payload, PayloadError, Presence, UncertainValue, find_payload,
 };
 pub use prediction::{KnownModel, Prediction, PredictionError, predict};
 pub use problem::{

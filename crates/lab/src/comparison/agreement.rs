@@ -73,6 +73,8 @@ mod tests {
 
     fn result(method: Method, parameters: &[(&str, f64, f64)]) -> MethodResult {
         let parameter = |&(name, value, standard_deviation): &(&str, f64, f64)| ParameterEstimate {
+            joint_name: None,
+            description: None,
             name: name.to_owned(),
             regrouped: false,
             value,

@@ -259,6 +259,8 @@ mod tests {
 
     fn result(method: Method, values: &[(&str, f64)], smallest: f64) -> MethodResult {
         let parameter = |&(name, value): &(&str, f64)| ParameterEstimate {
+            joint_name: None,
+            description: None,
             name: name.to_owned(),
             regrouped: false,
             value,

@@ -4,7 +4,7 @@
 use didim_dynamics::control::ControlError;
 use didim_dynamics::simulation::{NoiseConfig, Unmodelled};
 use didim_dynamics::trajectory::RandomMoves;
-use didim_sim::{Payload, Scenario, ScenarioError};
+use didim_sim::{FramedPayload, Scenario, ScenarioError};
 use serde::Deserialize;
 
 use didim::cell::Cell;
@@ -30,7 +30,7 @@ pub struct Level {
     pub unmodelled: Option<Unmodelled>,
     /// Payload of the simulated arm that the cell does not declare.
     #[serde(default)]
-    pub payload: Option<Payload>,
+    pub payload: Option<FramedPayload>,
     /// Factor on the bandwidth of the simulated arm's controller and of the cell's controller,
     /// relative to the bandwidth in their files.
     #[serde(default)]
@@ -91,7 +91,7 @@ impl Level {
             random_moves: self.random_moves.or_else(|| other.random_moves.clone()),
             noise: self.noise.or_else(|| other.noise.clone()),
             unmodelled: self.unmodelled.or_else(|| other.unmodelled.clone()),
-            payload: self.payload.or(other.payload),
+            payload: self.payload.or_else(|| other.payload.clone()),
             bandwidth: self.bandwidth.or(other.bandwidth),
             described_bandwidth: self.described_bandwidth.or(other.described_bandwidth),
             described_gain: self.described_gain.or(other.described_gain),
@@ -140,8 +140,8 @@ impl Level {
         if let Some(unmodelled) = &self.unmodelled {
             scenario = scenario.with_unmodelled(unmodelled.clone())?;
         }
-        if let Some(payload) = self.payload {
-            scenario = scenario.with_payload(payload)?;
+        if let Some(payload) = &self.payload {
+            scenario = scenario.with_framed_payload(payload)?;
         }
         match self.bandwidth {
             Some(factor) => scenario.with_bandwidth(factor),

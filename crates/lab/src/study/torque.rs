@@ -95,6 +95,8 @@ mod tests {
 
     fn estimate(truth: &[(String, f64)], factor: f64) -> Vec<ParameterEstimate> {
         let parameter = |(name, value): &(String, f64)| ParameterEstimate {
+            joint_name: None,
+            description: None,
             name: name.clone(),
             regrouped: false,
             value: factor * value,

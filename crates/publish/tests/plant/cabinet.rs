@@ -67,6 +67,7 @@ impl Cabinet {
     /// Has an alarm in the status, or none.
     pub(crate) fn alarm(&mut self, parameter: Option<&str>) {
         let alarm = |parameter: &str| AlarmStatus {
+            description: None,
             parameter: parameter.to_owned(),
             relative_change: Some(0.31),
             deviation_sigma: Some(12.0),
@@ -114,6 +115,8 @@ fn window() -> Window {
 
 fn estimate(value: f64) -> Estimate {
     let parameter = |k: u32| ParameterEstimate {
+        joint_name: None,
+        description: None,
         name: format!("fc{k}"),
         regrouped: false,
         unit: "N·m",

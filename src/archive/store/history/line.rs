@@ -21,6 +21,10 @@ pub const HISTORY_SCHEMA: u32 = 1;
 pub struct ParameterValue {
     /// Name of the parameter in lower case: `zz1r`, `ia3`, `fv_m6`.
     pub name: String,
+    /// Its quantity with the name of its joint or link. `None` if the robot has no names, and in
+    /// lines of versions without this key.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub description: Option<String>,
     /// SI unit, which depends on the kind of parameter: kg·m², kg·m, N·m·s/rad or N·m. Empty in
     /// lines of versions without units.
     #[serde(default, skip_serializing_if = "String::is_empty")]
@@ -48,6 +52,7 @@ impl ParameterValue {
     pub fn from_estimate(estimate: &Estimate) -> Vec<Self> {
         let value_of = |p: &didim_identification::identification::ParameterEstimate| Self {
             name: p.name.clone(),
+            description: p.description.clone(),
             unit: p.unit.to_owned(),
             value: p.value,
             standard_deviation: p.standard_deviation,

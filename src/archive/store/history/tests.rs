@@ -23,6 +23,7 @@ fn line(result: u64) -> HistoryLine {
         relative_error: Some(0.05),
         note: Some(Note { text: Some("warm \"arm\"".into()), ..Note::default() }),
         parameters: vec![ParameterValue {
+            description: None,
             name: "fc3".into(),
             unit: "N·m".into(),
             value: 6.48,

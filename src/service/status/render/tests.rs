@@ -92,6 +92,7 @@ fn snapshot() -> Snapshot {
             last_sequence: 90,
             method: "idim-ls".into(),
             parameters: vec![ParameterValue {
+                description: None,
                 name: "fc3".into(),
                 unit: "N·m".into(),
                 value: 6.48,
@@ -192,6 +193,7 @@ fn a_snapshot_survives_its_json_and_unknown_keys() {
 fn drift_is_reported_with_its_alarms_bounded_and_is_a_reason() {
     let mut snapshot = snapshot();
     let alarm = |k: u32| AlarmStatus {
+        description: None,
         parameter: format!("fc{k}"),
         relative_change: Some(0.123),
         deviation_sigma: Some(30.0),

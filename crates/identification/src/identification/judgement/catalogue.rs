@@ -504,6 +504,15 @@ pub const CATALOGUE: &[CatalogueRow] = &[
         remedy: "Set `torque_max_nm` in the robot file",
     },
     CatalogueRow {
+        code: Code::LoadFrame,
+        severity: Advisory,
+        messages: &["the given centre counts in the model's own frame of the last link, …"],
+        uses: &[],
+        meaning: "`payload`, `gains` and `design` on a URDF: a centre without the name of its \
+             frame counts as in earlier versions, in a frame that the URDF does not show",
+        remedy: "Name the frame of the centre: `--frame LINK`, or `frame` in `[payload]`",
+    },
+    CatalogueRow {
         code: Code::IncompleteTorque,
         severity: Advisory,
         messages: &["no torque of joint N is used: …", "the recorded torques do not contain …: …"],

@@ -31,6 +31,12 @@ pub const SCHEMA: u32 = 1;
 pub struct ParameterEstimate {
     /// The field's name in lower case: `zz1r`, `ia3`, `fv_m6`.
     pub name: String,
+    /// Name of its joint. `None` if the robot has no names.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub joint_name: Option<String>,
+    /// Its quantity with the name of its joint or link. `None` if the robot has no names.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub description: Option<String>,
     /// True if other parameters are regrouped into it. JSON does not have it.
     #[serde(skip)]
     pub regrouped: bool,
@@ -74,6 +80,8 @@ impl ParameterEstimate {
         let names = selection.names().iter().zip(selection.regrouped());
         let parameters = names.enumerate().map(|(k, (name, &regrouped))| Self {
             name: name.clone(),
+            joint_name: robot.parameter_joint_name(name).map(str::to_owned),
+            description: robot.parameter_description(name),
             regrouped,
             unit: unit(robot, selection.columns()[k]),
             value: solution.parameters[k],

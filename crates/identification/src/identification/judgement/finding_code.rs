@@ -146,6 +146,8 @@ finding_codes! {
     RateUnchecked = "rate-unchecked",
     /// The unit of the torques was not checked.
     TorqueLimitOpen = "torque-limit-open",
+    /// A centre of mass is given without the name of its frame.
+    LoadFrame = "load-frame",
     /// The recorded torques lack joints or terms, so some parameters are not identifiable.
     IncompleteTorque = "incomplete-torque",
 }

@@ -51,6 +51,11 @@ impl Facts {
 }
 
 impl Finding {
+    /// Returns the findings of notes outside a verdict.
+    pub fn from_notes(notes: &[Note]) -> Vec<Self> {
+        Self::list(&[], notes)
+    }
+
     /// Returns the findings of a verdict: each reason once, with the uses that it blocks or
     /// explains, then the notes. Each use comes with its reasons, and with those of them that only
     /// explain others.
@@ -240,6 +245,7 @@ impl Note {
             Self::Explanation(reason) => reason.code(),
             Self::RateUnchecked => Code::RateUnchecked,
             Self::TorqueLimitOpen { .. } => Code::TorqueLimitOpen,
+            Self::LoadFrame { .. } => Code::LoadFrame,
             Self::IncompleteTorque { .. } => Code::IncompleteTorque,
             Self::Stored(finding) => finding.code,
         }
@@ -253,6 +259,7 @@ impl Note {
             | Self::DelayUnchecked
             | Self::ControllerUnchecked { .. }
             | Self::RateUnchecked
+            | Self::LoadFrame { .. }
             | Self::Stored(_) => Facts::default(),
             Self::Explanation(reason) => reason.facts(),
             Self::SlowerLoop { bandwidth_hz: figure }

@@ -153,6 +153,8 @@ pub enum Note {
     RateUnchecked,
     /// The robot file does not specify the torque limits of these joints.
     TorqueLimitOpen { joints: Vec<JointIndex> },
+    /// A centre is given without its frame. The link is the last one of the URDF.
+    LoadFrame { link: String },
     /// The recorded torques lack joints or terms. The parameters are those that complete torques
     /// would identify.
     IncompleteTorque { joints: Vec<JointIndex>, terms: Vec<TorqueTerm>, parameters: Vec<String> },
@@ -731,6 +733,12 @@ impl Display for Note {
                  checked against it, and a small torque counts as a share of the largest torque of \
                  any joint; state torque_max_nm in the robot file",
                 listed(joints.iter().map(ToString::to_string))
+            ),
+            Self::LoadFrame { link } => write!(
+                f,
+                "the given centre counts in the model's own frame of the last link, as in earlier \
+                 versions, not in that of a link of the URDF; name its frame: `--frame {link}`, or \
+                 `frame = \"{link}\"` in [payload] of the cell"
             ),
             Self::IncompleteTorque { joints, terms, parameters } => {
                 incomplete(f, joints, terms, parameters)

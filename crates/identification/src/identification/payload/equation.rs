@@ -3,9 +3,10 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::error::PayloadError;
+use super::load::{LoadParameter, UncertainValue};
 use crate::regression::RegressionError;
 use didim_dynamics::dynamics::{BaseParameters, format_sum, select_columns};
-use didim_dynamics::robot::{JointIndex, JointKind, ParameterKind, Robot};
+use didim_dynamics::robot::{JointIndex, JointKind, NamedFrame, ParameterKind, Robot};
 
 /// Order in which load parameters are chosen to represent the sums, by index among the ten. Mass
 /// and centre come first, because they are most useful, then inertia. Later parameters are
@@ -14,6 +15,7 @@ const CHOICE_ORDER: [usize; 10] = [9, 6, 7, 8, 0, 1, 2, 3, 4, 5];
 
 /// Sums of the ten load parameters that are identifiable from motions of an arm, like
 /// [`BaseParameters`] for a complete arm.
+#[derive(Clone)]
 pub struct LoadSums {
     /// Matrix S (k × 10) with sums = S φ.
     pub(super) regrouping: DMatrix<f64>,
@@ -136,6 +138,44 @@ impl LoadSums {
         values: &DVector<f64>,
     ) -> DVector<f64> {
         arm + &self.base_parameter_change * values
+    }
+
+    /// Returns the same sums for parameters in another frame, and the matrix (k × k) that converts
+    /// values of these sums to those. Returns `None` if rounding does not allow to choose the sums.
+    pub(super) fn in_frame(&self, frame: &NamedFrame) -> Option<(Self, DMatrix<f64>)> {
+        let count = self.chosen_parameters.len();
+        if frame.is_model_frame() {
+            return Some((self.clone(), DMatrix::identity(count, count)));
+        }
+        let unit = |k: usize| core::array::from_fn(|entry| if entry == k { 1.0 } else { 0.0 });
+        let columns = (0..10).map(|k| frame.parameters_in_link(unit(k)));
+        let conversion = DMatrix::from_iterator(10, 10, columns.flatten());
+        let expressed = &self.regrouping * conversion;
+        let sums = select_columns(&expressed, &CHOICE_ORDER).ok()?;
+        let to_these = expressed.select_columns(&sums.basis);
+        Some((
+            Self {
+                base_parameter_change: &self.base_parameter_change * &to_these,
+                regrouping: sums.regrouping,
+                chosen_parameters: sums.basis,
+                without_effect: sums.without_effect,
+            },
+            to_these.try_inverse()?,
+        ))
+    }
+
+    /// Returns each sum with its value and standard deviation.
+    pub(super) fn parameters(
+        &self,
+        values: &DVector<f64>,
+        covariance: &DMatrix<f64>,
+    ) -> Vec<LoadParameter> {
+        let found = (0..values.len()).map(|k| UncertainValue {
+            value: values[k],
+            standard_deviation: covariance[(k, k)].max(0.0).sqrt(),
+        });
+        let named = self.names().into_iter().zip(self.units()).zip(found);
+        named.map(|((name, unit), found)| LoadParameter { name, unit, found }).collect()
     }
 
     /// Returns Z (r × k): the torque of a unit of each sum along the motion of this observation

@@ -7,7 +7,8 @@ use serde::Serialize;
 
 use super::equation::LoadSums;
 use super::error::PayloadError;
-use super::load::{Load, LoadBody, LoadParameter, UncertainValue};
+use super::in_frame::{EstimatedLoad, LoadInFrame};
+use super::load::{Load, LoadBody, LoadParameter};
 use super::presence::{Comparison, DeclaredLoad, Presence, cost_limit};
 use crate::feasibility::{Body, nearest_body};
 use crate::identification::judgement::ParameterCovariance;
@@ -18,7 +19,7 @@ use crate::identification::prediction::{KnownModel, PredictionError};
 use crate::identification::problem::{Context, Experiment, Options, PayloadLimits};
 use crate::regression::{ObservationMatrix, Observations, ResidualAnalysis};
 use didim_dynamics::dynamics::BaseParameters;
-use didim_dynamics::robot::{JointIndex, Robot};
+use didim_dynamics::robot::{JointIndex, NamedFrame, Robot};
 
 /// Smallest noise level of a joint, as a share of its torque.
 const MIN_NOISE: f64 = 1e-6;
@@ -42,6 +43,9 @@ pub struct Payload {
     pub presence: Presence,
     /// Identifiable values of the load.
     pub load: Load,
+    /// The load in the requested frame; `None` if its sums cannot be chosen there.
+    #[serde(rename = "centre_of_mass")]
+    pub in_frame: Option<LoadInFrame>,
     /// Sums of load parameters from which `load` is computed.
     pub parameters: Vec<LoadParameter>,
     /// Load parameters, of ten, that no motion of this arm makes identifiable.
@@ -78,7 +82,7 @@ pub struct Payload {
 /// itself (W. Khalil, M. Gautier and P. Lemoine, *Identification of the payload inertial parameters
 /// of industrial manipulators*, ICRA 2007). E is the effect of errors in the arm's model on the
 /// torques. The unknowns of the arm are solved for together with the load. Friction changes with
-/// the load by the robot's laws (`fcl`).
+/// the load by the robot's laws (`fcl`). The load is also described in `frame`.
 ///
 /// # Errors
 /// [`PayloadError`].
@@ -89,6 +93,7 @@ pub fn find_payload(
     options: &Options,
     arm: KnownArm<'_>,
     declared: DeclaredLoad,
+    frame: &NamedFrame,
 ) -> Result<Payload, PayloadError> {
     let KnownArm { model, covariance } = arm;
     let covariance = covariance.and_then(|of| of.matrix(model.parameters.len()));
@@ -141,19 +146,18 @@ pub fn find_payload(
 
     let after = arm.residuals(&sums.loaded_parameters(&parameters, &values));
     let load = Load::from_sums(&sums, &values, &covariance, limits);
-    let values_found = (0..values.len()).map(|k| UncertainValue {
-        value: values[k],
-        standard_deviation: covariance[(k, k)].max(0.0).sqrt(),
-    });
+    let body = load_body(&sums, &load, &values, &covariance, declared, limits)?;
+    let estimated =
+        EstimatedLoad { sums: &sums, values: &values, covariance: &covariance, declared };
+    let in_frame = LoadInFrame::new(&estimated, body.as_ref(), frame, limits)?;
     let [without_effect, unidentifiable] = sums.unidentifiable();
     Ok(Payload {
         presence: Presence::from_limit(load.mass_kg, &values, &covariance, limits)?,
-        body: load_body(&sums, &load, &values, &covariance, declared, limits)?,
+        body,
         declared: Comparison::compare(declared, &sums, &values, &covariance, limits)?,
         load,
-        parameters: (sums.names().into_iter().zip(sums.units()).zip(values_found))
-            .map(|((name, unit), found)| LoadParameter { name, unit, found })
-            .collect(),
+        in_frame,
+        parameters: sums.parameters(&values, &covariance),
         without_effect,
         not_identifiable: unidentifiable,
         standing: (0..stands.len()).filter(|k| stands[*k]).map(JointIndex::new).collect(),

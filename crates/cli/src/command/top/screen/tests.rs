@@ -76,6 +76,7 @@ fn drift(alarmed: bool) -> DriftStatus {
         }
     });
     let alarm = AlarmStatus {
+        description: None,
         parameter: "fc3".into(),
         relative_change: Some(0.123),
         deviation_sigma: Some(1140.0),
@@ -108,6 +109,7 @@ fn snapshot(drift: Option<DriftStatus>) -> Snapshot {
         ..AcquisitionStatus::default()
     };
     let parameters = VALUES.iter().map(|(name, value, sigma)| ParameterValue {
+        description: None,
         name: (*name).to_owned(),
         unit: unit(name).to_owned(),
         value: *value,
