@@ -269,8 +269,8 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = EventSource::Service.file_in(folder.path());
         append_events(&path, &[event(0)]).unwrap();
-        let whole = fs::read(&path).unwrap();
-        fs::write(&path, [&whole[..], &whole[..20]].concat()).unwrap();
+        let written = fs::read(&path).unwrap();
+        fs::write(&path, [&written[..], &written[..20]].concat()).unwrap();
         append_events(&path, &[event(1)]).unwrap();
         append_events(&EventSource::Acquisition.file_in(folder.path()), &[event(2)]).unwrap();
         let read = read_events(folder.path()).unwrap();

@@ -68,8 +68,8 @@ pub trait Source: Send {
     /// Returns the clock of the stamps.
     fn stamp_clock(&self) -> StampClock;
 
-    /// Returns the smallest receive buffer of the open interfaces, as the kernel counts it \[bytes\].
-    /// `None` if no interface is open, and for a source without sockets.
+    /// Returns the smallest receive buffer of the open interfaces, in the kernel's accounting
+    /// \[bytes\]. `None` if no interface is open, and for a source without sockets.
     fn receive_buffer_bytes(&self) -> Option<u32> {
         None
     }

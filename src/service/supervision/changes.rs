@@ -312,8 +312,11 @@ mod tests {
         }
     }
 
+    /// Kind, phase, count and duration \[s\].
+    type ShortEvent = (EventKind, Phase, u64, Option<f64>);
+
     /// Events of one snapshot a second.
-    fn watched(seconds: &[Snapshot]) -> (Vec<(EventKind, Phase, u64, Option<f64>)>, EventCounts) {
+    fn watched(seconds: &[Snapshot]) -> (Vec<ShortEvent>, EventCounts) {
         let (mut watch, start) = (ChangeWatch::default(), Instant::now());
         let mut events = Vec::new();
         for (second, snapshot) in (0..).zip(seconds) {
