@@ -6,7 +6,7 @@ use std::io::{Error, ErrorKind, Read as _};
 use std::path::{Path, PathBuf};
 
 use mesh_loader::{Loader, Scene};
-use roxmltree::Document;
+use roxmltree::{Document, Node};
 
 use crate::guarded::catch_panic;
 
@@ -122,14 +122,18 @@ fn parse(file: &Path, bytes: &[u8]) -> Result<Scene, Error> {
     Loader::default().load_from_slice_with_reader(bytes, file, others)
 }
 
-/// Refuses a COLLADA scene that the reader would place wrongly: it gives each geometry one place
-/// alone, and skips bodies with bones and parts by reference.
+/// Refuses a COLLADA scene that the reader would place wrongly. It gives each geometry one place
+/// alone, skips bodies with bones and parts by reference, and applies the unit and the outer nodes
+/// before the inner ones.
 fn check_instances(file: &Path, bytes: &[u8]) -> Result<(), &'static str> {
     if !file.extension().is_some_and(|of| of.eq_ignore_ascii_case("dae")) {
         return Ok(());
     }
     let Ok(text) = std::str::from_utf8(bytes) else { return Ok(()) };
     let Ok(document) = Document::parse(text) else { return Ok(()) };
+    let is_metre = |unit: Node<'_, '_>| unit.attribute("meter").is_none_or(is_one);
+    let in_metres =
+        document.descendants().filter(|of| of.tag_name().name() == "unit").all(is_metre);
     let mut placed = BTreeSet::new();
     for node in document.descendants() {
         match node.tag_name().name() {
@@ -139,8 +143,55 @@ fn check_instances(file: &Path, bytes: &[u8]) -> Result<(), &'static str> {
             "instance_node" | "instance_controller" => {
                 return Err("it has parts by reference, which are not read");
             }
+            "node" if !in_metres && node.children().any(is_shift) => {
+                return Err("it moves parts in another unit than metres, which is not read");
+            }
+            "node" if is_placed(node) && node.ancestors().skip(1).any(is_placed) => {
+                return Err("it has moved parts in moved parts, which are not read");
+            }
             _ => {}
         }
     }
     Ok(())
+}
+
+fn is_one(text: &str) -> bool {
+    text.trim().parse().is_ok_and(|value: f64| (value - 1.0).abs() < f64::EPSILON)
+}
+
+/// Returns the numbers of an element; unreadable ones are NaN.
+fn numbers(node: Node<'_, '_>) -> Vec<f64> {
+    let words = node.text().unwrap_or_default().split_whitespace();
+    words.map(|word| word.parse().unwrap_or(f64::NAN)).collect()
+}
+
+/// Returns true for an element that moves its node.
+fn is_shift(node: Node<'_, '_>) -> bool {
+    let numbers = numbers(node);
+    match node.tag_name().name() {
+        "matrix" => [3, 7, 11].iter().any(|place| numbers.get(*place) != Some(&0.0)),
+        "translate" => numbers.iter().any(|number| *number != 0.0),
+        _ => false,
+    }
+}
+
+/// Returns true for a node that is moved, rotated or scaled.
+fn is_placed(node: Node<'_, '_>) -> bool {
+    node.tag_name().name() == "node" && node.children().any(is_transform)
+}
+
+fn is_transform(node: Node<'_, '_>) -> bool {
+    let numbers = numbers(node);
+    let is_unit = |(place, number): (usize, &f64)| {
+        let expected = if place % 5 == 0 { 1.0 } else { 0.0 };
+        (number - expected).abs() < f64::EPSILON
+    };
+    match node.tag_name().name() {
+        "matrix" => !numbers.iter().enumerate().all(is_unit),
+        "translate" => numbers.iter().any(|number| *number != 0.0),
+        "rotate" => numbers.get(3) != Some(&0.0),
+        "scale" => numbers.iter().any(|number| (number - 1.0).abs() >= f64::EPSILON),
+        "lookat" | "skew" => true,
+        _ => false,
+    }
 }

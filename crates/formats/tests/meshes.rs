@@ -44,7 +44,7 @@ const DAE: &str = r##"<?xml version="1.0"?>
 <p>0 1 2 0 3 1</p></triangles>
 </mesh></geometry></library_geometries>
 <library_visual_scenes><visual_scene id="s"><node id="n">
-<matrix>1 0 0 500 0 1 0 0 0 0 1 0 0 0 0 1</matrix>
+<matrix>1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1</matrix>
 <instance_geometry url="#g"/></node></visual_scene></library_visual_scenes>
 <scene><instance_visual_scene url="#s"/></scene>
 </COLLADA>
@@ -64,13 +64,13 @@ fn extent(points: &[[f64; 3]]) -> [[f64; 2]; 3] {
     })
 }
 
-/// One file of each format; a COLLADA file has its own unit and places its parts.
+/// One file of each format; a COLLADA file has its own unit.
 #[test]
 fn points_of_meshes_are_read() {
     let folder = tempfile::tempdir().unwrap();
     let folders = MeshFolders::new(&folder.path().join("arm.urdf"), &[]);
     for (name, content, x) in
-        [("t.stl", STL, [0.0, 1.0]), ("t.OBJ", OBJ, [0.0, 1.0]), ("t.dae", DAE, [0.5, 1.5])]
+        [("t.stl", STL, [0.0, 1.0]), ("t.OBJ", OBJ, [0.0, 1.0]), ("t.dae", DAE, [0.0, 1.0])]
     {
         write(folder.path(), name, content);
         let points = folders.read_points(name).unwrap();
@@ -80,6 +80,17 @@ fn points_of_meshes_are_read() {
             assert!(off < 1e-6, "{name}: {found:?} {expected:?}");
         }
     }
+}
+
+/// A COLLADA file places its parts.
+#[test]
+fn parts_of_a_mesh_are_placed() {
+    let folder = tempfile::tempdir().unwrap();
+    let folders = MeshFolders::new(&folder.path().join("arm.urdf"), &[]);
+    let metres = DAE.replace("0.001", "1").replace("<matrix>1 0 0 0 0", "<matrix>1 0 0 0.5 0");
+    write(folder.path(), "t.dae", metres);
+    let [x, ..] = extent(&folders.read_points("t.dae").unwrap());
+    assert!((x[0] - 0.5).abs() < 1e-6 && (x[1] - 1000.5).abs() < 1e-3, "{x:?}");
 }
 
 /// In the folder of a package, or in a folder above the URDF that has another name.
@@ -113,6 +124,7 @@ fn damaged_meshes_are_refused() {
         ("nan.stl", STL.replace("vertex 0 0 3", "vertex 0 0 nan")),
         ("index.dae", index),
         ("twice.dae", DAE.replace("<instance_geometry url=\"#g\"/>", twice)),
+        ("shift.dae", DAE.replace("<matrix>1 0 0 0 0", "<matrix>1 0 0 500 0")),
         ("no.dae", "<COLLADA/>".to_owned()),
         ("unknown.xyz", "0 0 0".to_owned()),
         ("index.obj", OBJ.replace("f 1 4 2", "f 1 9 2")),
