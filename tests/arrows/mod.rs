@@ -48,8 +48,8 @@ const ORDER: [(&str, &str); 13] = [
     ("crates/lab/src", "lib report study comparison"),
     (
         "crates/cli/src",
-        "lib command choices input stream outcome state required_uses torque_joints next names \
-         terminal output error notes progress",
+        "lib command choices input stream outcome state required_uses torque_joints frame next \
+         names terminal output error notes progress",
     ),
     (
         "crates/cli/src/command",
