@@ -50,7 +50,7 @@ const ORDER: [(&str, &str); 14] = [
     (
         "crates/cli/src",
         "lib command stored_result choices first_posture input stream outcome state \
-        required_uses torque_joints next names terminal output error notes progress",
+        required_uses torque_joints frame next names terminal output error notes progress",
     ),
     (
         "crates/cli/src/command",

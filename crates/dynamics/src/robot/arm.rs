@@ -5,7 +5,7 @@ use super::friction::{FrictionTerms, JointFriction, SignModel};
 use super::index::JointIndex;
 use super::joint::{Joint, Limits};
 use super::known_torque::KnownTorque;
-use super::link_frame::NamedFrame;
+use super::link_frame::{NamedFrame, NoSuchFrame};
 use super::nominal::NominalParameters;
 use super::parameter_kind::ParameterKind;
 use super::parameters::{Parameter, ParameterTable};
@@ -145,6 +145,47 @@ impl Robot {
             Some(name) => format!("{joint} ({name})"),
             None => joint.to_string(),
         }
+    }
+
+    /// Returns the same robot with these frames on its last link. The first is that of the link
+    /// which the last joint moves.
+    #[must_use]
+    pub fn with_frames(mut self, frames: Vec<NamedFrame>) -> Self {
+        self.frames = frames;
+        self
+    }
+
+    /// Returns the same robot with names of its links, one entry per joint.
+    #[must_use]
+    pub fn with_link_names(mut self, names: Vec<String>) -> Self {
+        self.link_names = names;
+        self
+    }
+
+    /// Returns the name of the link that a joint moves, if its file has one.
+    pub fn link_name(&self, joint: JointIndex) -> Option<&str> {
+        self.link_names.get(joint.position()).map(String::as_str)
+    }
+
+    /// Returns the frame of the last link, with which the model computes. For a robot file it is
+    /// the frame of the file.
+    pub fn model_frame(&self) -> NamedFrame {
+        NamedFrame::identity(format!("link_{}", self.joints()))
+    }
+
+    /// Returns the frame of this name on the last link. Without a name, it is that of the URDF's
+    /// link which the last joint moves, or the model's frame for a robot file.
+    ///
+    /// # Errors
+    /// [`NoSuchFrame`].
+    pub fn load_frame(&self, name: Option<&str>) -> Result<NamedFrame, NoSuchFrame> {
+        let own = [self.model_frame()];
+        let frames = if self.frames.is_empty() { &own } else { &self.frames[..] };
+        let is_named = |frame: &&NamedFrame| name.is_none_or(|name| frame.name == name);
+        frames.iter().find(is_named).cloned().ok_or_else(|| NoSuchFrame {
+            name: name.unwrap_or_default().to_owned(),
+            available: frames.iter().map(|frame| frame.name.clone()).collect(),
+        })
     }
 
     /// Describes a parameter with the name of its joint or link:

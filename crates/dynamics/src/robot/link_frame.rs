@@ -1,7 +1,5 @@
 //! Named frames on the last link, in which people give and read loads.
 
-use super::{JointIndex, Robot};
-
 /// Length below which a coordinate of a rotated point is rounding \[m\].
 const ROUNDING_M: f64 = 1e-12;
 
@@ -26,51 +24,9 @@ pub struct NoSuchFrame {
     pub available: Vec<String>,
 }
 
-impl Robot {
-    /// Returns the same robot with these frames on its last link. The first is that of the link
-    /// which the last joint moves.
-    #[must_use]
-    pub fn with_frames(mut self, frames: Vec<NamedFrame>) -> Self {
-        self.frames = frames;
-        self
-    }
-
-    /// Returns the same robot with names of its links, one entry per joint.
-    #[must_use]
-    pub fn with_link_names(mut self, names: Vec<String>) -> Self {
-        self.link_names = names;
-        self
-    }
-
-    /// Returns the name of the link that a joint moves, if its file has one.
-    pub fn link_name(&self, joint: JointIndex) -> Option<&str> {
-        self.link_names.get(joint.position()).map(String::as_str)
-    }
-
-    /// Returns the frame of the last link, with which the model computes. For a robot file it is
-    /// the frame of the file.
-    pub fn model_frame(&self) -> NamedFrame {
-        NamedFrame::identity(format!("link_{}", self.joints()))
-    }
-
-    /// Returns the frame of this name on the last link. Without a name, it is that of the URDF's
-    /// link which the last joint moves, or the model's frame for a robot file.
-    ///
-    /// # Errors
-    /// [`NoSuchFrame`].
-    pub fn load_frame(&self, name: Option<&str>) -> Result<NamedFrame, NoSuchFrame> {
-        let own = [self.model_frame()];
-        let frames = if self.frames.is_empty() { &own } else { &self.frames[..] };
-        let is_named = |frame: &&NamedFrame| name.is_none_or(|name| frame.name == name);
-        frames.iter().find(is_named).cloned().ok_or_else(|| NoSuchFrame {
-            name: name.unwrap_or_default().to_owned(),
-            available: frames.iter().map(|frame| frame.name.clone()).collect(),
-        })
-    }
-}
-
 impl NamedFrame {
-    fn identity(name: String) -> Self {
+    /// Returns the frame of the last link itself, under a name.
+    pub(super) fn identity(name: String) -> Self {
         let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
         Self { name, origin_m: [0.0; 3], axes }
     }

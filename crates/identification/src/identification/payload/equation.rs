@@ -3,7 +3,6 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::error::PayloadError;
-use super::load::{LoadParameter, UncertainValue};
 use crate::regression::RegressionError;
 use didim_dynamics::dynamics::{BaseParameters, format_sum, select_columns};
 use didim_dynamics::robot::{JointIndex, JointKind, NamedFrame, ParameterKind, Robot};
@@ -162,20 +161,6 @@ impl LoadSums {
             },
             to_these.try_inverse()?,
         ))
-    }
-
-    /// Returns each sum with its value and standard deviation.
-    pub(super) fn parameters(
-        &self,
-        values: &DVector<f64>,
-        covariance: &DMatrix<f64>,
-    ) -> Vec<LoadParameter> {
-        let found = (0..values.len()).map(|k| UncertainValue {
-            value: values[k],
-            standard_deviation: covariance[(k, k)].max(0.0).sqrt(),
-        });
-        let named = self.names().into_iter().zip(self.units()).zip(found);
-        named.map(|((name, unit), found)| LoadParameter { name, unit, found }).collect()
     }
 
     /// Returns Z (r × k): the torque of a unit of each sum along the motion of this observation

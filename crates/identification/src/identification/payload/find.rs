@@ -157,7 +157,7 @@ pub fn find_payload(
         declared: Comparison::compare(declared, &sums, &values, &covariance, limits)?,
         load,
         in_frame,
-        parameters: sums.parameters(&values, &covariance),
+        parameters: LoadParameter::list(&sums, &values, &covariance),
         without_effect,
         not_identifiable: unidentifiable,
         standing: (0..stands.len()).filter(|k| stands[*k]).map(JointIndex::new).collect(),

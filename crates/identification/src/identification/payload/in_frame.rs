@@ -70,7 +70,7 @@ impl LoadInFrame {
         let [without_effect, not_identifiable] = sums.unidentifiable();
         Ok(Some(Self {
             centre: CentreOfMass { frame: frame.name.clone(), centre_m, inertia_kg_m2 },
-            parameters: sums.parameters(&values, &covariance),
+            parameters: LoadParameter::list(&sums, &values, &covariance),
             without_effect,
             not_identifiable,
             body: body.map(|body| body.in_frame(frame)),

@@ -34,6 +34,22 @@ pub struct LoadParameter {
     pub found: UncertainValue,
 }
 
+impl LoadParameter {
+    /// Returns each sum with its value and standard deviation.
+    pub(super) fn list(
+        sums: &LoadSums,
+        values: &DVector<f64>,
+        covariance: &DMatrix<f64>,
+    ) -> Vec<Self> {
+        let found = (0..values.len()).map(|k| UncertainValue {
+            value: values[k],
+            standard_deviation: covariance[(k, k)].max(0.0).sqrt(),
+        });
+        let named = sums.names().into_iter().zip(sums.units()).zip(found);
+        named.map(|((name, unit), found)| Self { name, unit, found }).collect()
+    }
+}
+
 /// Mass, centre and inertia of the load. A value is `None` if it is identifiable only in a sum with
 /// others, or not at all.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
