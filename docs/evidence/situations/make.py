@@ -3,6 +3,7 @@
 
     make.py OUT PROGRAM            make the inputs, run all commands, print the table
     make.py OUT PROGRAM ID ...     only these situations
+    make.py OUT PROGRAM --loggers  from the files of ten loggers to a report
     make.py --expected             print the table of sources and expected answers, without a run
 
 The data are simulated here: an arm, its motion, its torques and their noise, with a fixed seed.
@@ -394,10 +395,10 @@ class Attempt:
         self.new("--robot", "arm.urdf", "--log", "run.csv", answers=answers, inertia=inertia)
         self.identify("run.csv")
 
-    def bag(self, messages, arm_file=None):
-        self.write("arm.urdf", arm_file or urdf(arm()))
+    def bag(self, messages, answers=()):
+        self.write("arm.urdf", urdf(arm()))
         bag(self.folder / "run.db3", messages)
-        self.new("--robot", "arm.urdf", "--bag", "run.db3")
+        self.new("--robot", "arm.urdf", "--bag", "run.db3", answers=answers)
         self.identify("run.db3")
 
     @property
@@ -621,7 +622,7 @@ def u_negative_inertia(attempt, base):
     text = replaced(urdf(arm()), (
         'ixx="0.03" ixy="0.001" ixz="-0.01" iyy="0.1" iyz="0.002" izz="0.09"',
         'ixx="0.03" ixy="0.001" ixz="-0.01" iyy="-0.01" iyz="0.1" izz="0.0"'))
-    attempt.table(base.csv, arm_file=text)
+    attempt.table(base.csv, ANSWERS, text)
     attempt.run("robot", "arm.urdf")
     right, text = is_same(attempt, base.plain)
     return right and mentions(attempt, "link_3"), text
@@ -633,8 +634,7 @@ def u_negative_inertia(attempt, base):
 def u_decimal_point(attempt, base):
     attempt.write("arm.urdf", replaced(urdf(arm()), ('izz="0.035"', 'izz="35.0"')))
     attempt.run("robot", "arm.urdf")
-    return mentions(attempt, "link_1", ("inertia", "inertial", "body")) and "impossible" in (
-        attempt.text.lower()) or "no body" in attempt.text.lower(), answer_lines(attempt, "link_1")
+    return mentions(attempt, "link_1", "inertia"), answer_lines(attempt, "link_1")
 
 
 def answer_lines(attempt, *words):
@@ -1267,8 +1267,7 @@ def m_warm(attempt, base):
            "The driver fills `effort` with NaN.", "refused: the bag has no efforts")
 def b_nan(attempt, base):
     attempt.bag(states(base.run, arm(), lambda n, q, v, e: (n, q, v, [math.nan] * 6)))
-    return is_refused(attempt, "effort", ("nan", "missing", "no effort", "without", "no value",
-                                          "not recorded", "none"))
+    return is_refused(attempt, ("lack the effort", "no effort", "without effort"))
 
 
 @situation("b-tiny-effort", "ROBOTIS-GIT/open_manipulator#294",
@@ -1277,7 +1276,8 @@ def b_nan(attempt, base):
 def b_tiny(attempt, base):
     generator = random.Random(SEED)
     attempt.bag(states(base.run, arm(), lambda n, q, v, e: (
-        n, q, v, [generator.uniform(-3, 3) * 1e-308 for _ in e])))
+        n, q, v, [generator.uniform(-3, 3) * 1e-308 for _ in e])),
+        ('data.bag.effort.unit="Nm"', "data.bag.effort.sign=1"))
     return is_not_usable(attempt, ("effort", "torque"), ("constant", "zero", "are 0", "is 0",
                                                          "in all"))
 
@@ -1346,7 +1346,8 @@ def b_zstd(attempt, base):
     attempt.identify("run.db3.zstd")
     if attempt.result():
         return is_same(attempt, base.plain)
-    return is_refused(attempt, ("zstd", "zstandard"))
+    right = any(attempt.codes) and "zst" in attempt.text.lower().replace("run.db3.zstd", "")
+    return right, answer(attempt)
 
 
 @situation("b-no-names", "PlotJuggler/PlotJuggler#1373",
@@ -1492,6 +1493,7 @@ def c_extended(attempt, base):
         for i in range(385, 391):
             text = re.sub(rf"\b{i} TPDO", f"{0x98FF0000 + i} TPDO", text)
             text = re.sub(rf"\b(BO_|SG_) {i}\b", rf"\1 {0x98FF0000 + i}", text)
+            text += f'BA_ "VFrameFormat" BO_ {0x98FF0000 + i} 1;\n'
         return text
     bus(attempt, "\n".join(lines) + "\n", edit={DBC: edit})
     return is_same_bus(attempt, base.bus)
@@ -1546,6 +1548,254 @@ def c_eds_vendor(attempt, base):
     bus(attempt, base.log, EDS_CELL, {EDS: lambda text: replaced(
         text, ("VendorNumber=0\n", "VendorNumber=001\n"))})
     return is_same_bus(attempt, base.eds)
+
+
+# ---------------------------------------------------------------------------- ten loggers
+
+LOGGERS = []
+
+
+def logger(name, form, *answers):
+    """Registers a function that writes `arm.urdf` and the recording, and returns options of `new`."""
+    def register(function):
+        LOGGERS.append((name, form, answers, function))
+        return function
+    return register
+
+
+def rows_of(run):
+    return zip(run.t, run.q, run.v, run.torque)
+
+
+CONSTANTS = [12.1, 12.1, 9.0, 3.2, 3.2, 3.2]
+
+
+@logger("UR, RTDE client `record.py`", "blanks, 500 Hz, currents and modelled moments",
+        "urdf.drive_inertia=true", 'data.side="joint"', f"data.torque.per_ampere={CONSTANTS}")
+def log_rtde(attempt):
+    run = record(arm(), rate=500.0, seconds=20.0)
+    attempt.write("arm.urdf", named_arm())
+    keys = ("actual_q", "actual_qd", "actual_current", "target_moment")
+    lines = ["timestamp " + " ".join(f"{key}_{i}" for key in keys for i in range(6))]
+    chain = arm()
+    for k, (t, q, v, e) in enumerate(rows_of(run)):
+        moment = inverse_dynamics(chain, q, v, run.a[k])
+        current = [x / c for x, c in zip(e, CONSTANTS)]
+        lines.append(f"{512345.678 + t:.6f} " + " ".join(
+            f"{x:.6f}" for values in (q, v, current, moment) for x in values))
+    attempt.write("robot_data.csv", "\n".join(lines) + "\n")
+    return "robot_data.csv", ("--log", "robot_data.csv")
+
+
+def seven():
+    """Seven axes with torque sensors, and their small friction."""
+    chain = arm()
+    elbow = Joint("joint_3a", (0, 0, 0.02), (0, 0, 0), (0, 0, 1), (-2.9, 2.9, 3, 160),
+                  1.8, (0.01, 0.02, 0.1), (0.02, 0, 0, 0.02, 0, 0.006))
+    chain = chain[:2] + [elbow] + chain[2:]
+    drives = Drives([0.0] * 7, [0.4] * 3 + [0.2] * 4, [0.5] * 3 + [0.2] * 4, [0.05] * 7)
+    return chain, drives
+
+
+@logger("KUKA LBR iiwa, Sunrise DataRecorder", "`%` header, blanks, seconds and nanoseconds",
+        "urdf.drive_inertia=false", 'data.time.sec="ZeitInSec"', 'data.time.nanosec="ZeitInNanoSec"',
+        'data.position.column="axisQMsr_LBR_iiwa_7_R800_1[{index}]"')
+def log_sunrise(attempt):
+    chain, drives = seven()
+    run = record(chain, drives, seconds=20.0, rate=200.0)
+    attempt.write("arm.urdf", urdf(chain, "iiwa"))
+    names = [f"{key}_LBR_iiwa_7_R800_1[{i}]" for key in ("axisTauMsr", "axisQMsr")
+             for i in range(7)]
+    lines = ["%ZeitInSec ZeitInNanoSec " + " ".join(names)]
+    for t, q, _, e in rows_of(run):
+        nanos = 1_700_000_000_500_000_000 + round(t * 1e9)
+        lines.append(f"{nanos // 10**9} {nanos % 10**9} " + " ".join(
+            f"{x:.9g}" for x in e + q))
+    attempt.write("LogFile_1.log", "\n".join(lines) + "\n")
+    return "LogFile_1.log", ("--log", "LogFile_1.log")
+
+
+@logger("Franka, Python and pandas", "lists in cells",
+        "urdf.drive_inertia=false")
+def log_franka(attempt):
+    chain, drives = seven()
+    run = record(chain, drives, seconds=16.0, rate=500.0)
+    attempt.write("arm.urdf", urdf(chain, "fr3"))
+    lines = [",time,q,dq,tau_J,tau_ext_hat_filtered"]
+    for k, (t, q, v, e) in enumerate(rows_of(run)):
+        cells = (q, v, e, [0.01 * math.sin(t + i) for i in range(7)])
+        lines.append(f"{k},{t:.3f}," + ",".join(
+            '"[' + ", ".join(f"{x:.8g}" for x in cell) + ']"' for cell in cells))
+    attempt.write("run.csv", "\n".join(lines) + "\n")
+    return "run.csv", ("--log", "run.csv")
+
+
+@logger("ROS 2, `ros2 bag record` (SQLite)", "joint states by alphabet, jitter of the stamps",
+        "urdf.drive_inertia=true")
+def log_rosbag(attempt):
+    chain = arm()
+    for joint, name in zip(chain, UR_NAMES):
+        joint.name = name
+    run = record(chain, rate=200.0)
+    generator = random.Random(SEED)
+    attempt.write("arm.urdf", urdf(chain))
+
+    def edit(names, q, v, e):
+        return tuple([values[i] for i in ALPHABET] for values in (names, q, v, e))
+    run.t = [t + generator.uniform(-2e-4, 2e-4) for t in run.t]
+    exact = record(chain, rate=200.0, noise=False)
+    motions = fourier(chain, 24.0, random.Random(SEED))
+    for k, t in enumerate(run.t):
+        moved = [state(m, t)[0] - x for m, x in zip(motions, exact.q[k])]
+        run.q[k] = [x + d for x, d in zip(run.q[k], moved)]
+    (attempt.folder / "run").mkdir(exist_ok=True)
+    bag(attempt.folder / "run" / "run_0.db3", states(run, chain, edit))
+    attempt.write("run/metadata.yaml", "rosbag2_bagfile_information:\n  version: 5\n"
+                  "  storage_identifier: sqlite3\n  relative_file_paths:\n    - run_0.db3\n")
+    return "run", ("--bag", "run")
+
+
+@logger("PlotJuggler, CSV export", "names with slashes, rows of another topic between",
+        "urdf.drive_inertia=true")
+def log_plotjuggler(attempt):
+    run = record(arm(), rate=250.0)
+    attempt.write("arm.urdf", named_arm())
+    keys = ("position", "velocity", "effort")
+    lines = ["__time,/tf/x," + ",".join(
+        f"/joint_states/{UR_NAMES[i]}/{key}" for i in ALPHABET for key in keys)]
+    for k, (t, q, v, e) in enumerate(rows_of(run)):
+        lines.append(f"{1756300000 + t:.6f},," + ",".join(
+            f"{values[i]:.9f}" for i in ALPHABET for values in (q, v, e)))
+        if k % 5 == 2:
+            lines.append(f"{1756300000.001 + t:.6f},{k}.000000000" + "," * 18)
+    attempt.write("export.csv", "\n".join(lines) + "\n")
+    return "export.csv", ("--log", "export.csv")
+
+
+@logger("Beckhoff, TwinCAT Scope export", "tabs, lines before the header, a time per channel, °",
+        "urdf.drive_inertia=true")
+def log_twincat(attempt):
+    run = record(arm(), rate=500.0, seconds=20.0)
+    attempt.write("arm.urdf", urdf(arm()))
+    names = [f"Axes.Axis{i}.NcToPlc.ActPos" for i in range(1, 7)] + [
+        f"GVL.Axis{i}.TorqueNm" for i in range(1, 7)]
+    lines = ["Name\tScope Project", "File\tC:\\Scope\\run.tcscopex",
+             "Starttime of export\t133412345678900000", "", "\t".join(
+                 f"Name\t{name}" for name in names),
+             "\t".join("Data-Type\tREAL64" for _ in names),
+             "\t".join("SampleTime[ms]\t2" for _ in names), ""]
+    for t, q, _, e in rows_of(run):
+        lines.append("\t".join(f"{1000 * t:.0f}\t{x:.6f}" for x in [
+            math.degrees(y) for y in q] + e))
+    attempt.write("run.csv", "\r\n".join(lines) + "\r\n")
+    return "run.csv", ("--log", "run.csv")
+
+
+@logger("MATLAB, `writetimetable`", "times as `0.004 sec`",
+        "urdf.drive_inertia=true", "data.rate_hz=250")
+def log_matlab(attempt):
+    run = record(arm(), rate=250.0)
+    attempt.write("arm.urdf", urdf(arm()))
+    lines = ["Time," + ",".join([f"q_{i}" for i in range(1, 7)] + [
+        f"tau_{i}" for i in range(1, 7)])]
+    for t, q, _, e in rows_of(run):
+        lines.append(f"{t:.6g} sec," + ",".join(f"{x:.15g}" for x in q + e))
+    attempt.write("run.csv", "\r\n".join(lines) + "\r\n")
+    return "run.csv", ("--log", "run.csv")
+
+
+@logger("Kinova Kortex, Python", "° from 0 to 360, continuous joints, the sign of the torques",
+        "urdf.drive_inertia=true", 'data.position.unit="deg"')
+def log_kortex(attempt):
+    run = record(arm(), rate=100.0)
+    text = urdf(arm())
+    for i in (1, 4, 6):
+        text = text.replace(f'name="joint_{i}" type="revolute"', f'name="joint_{i}"'
+                            ' type="continuous"')
+    attempt.write("arm.urdf", text)
+    lines = ["time," + ",".join(f"actuator{i}_{key}" for i in range(1, 7)
+                                for key in ("position", "velocity", "torque", "current_motor"))]
+    for t, q, v, e in rows_of(run):
+        lines.append(f"{1756300000 + t:.3f}," + ",".join(
+            f"{math.degrees(q[i]) % 360:.4f},{math.degrees(v[i]):.4f},{-e[i]:.4f},{e[i] / 9:.4f}"
+            for i in range(6)))
+    attempt.write("kortex.csv", "\n".join(lines) + "\n")
+    return "kortex.csv", ("--log", "kortex.csv")
+
+
+RATED = [0.3, 0.3, 0.15, 0.05, 0.05, 0.03]
+GAINS = ["urdf.drive_inertia=true", "urdf.gear_ratios=[1, 1, 1, 1, 1, 1]",
+         'bus.layout.torque.valid="instant"']
+for axis, share in enumerate(RATED, 1):
+    GAINS += [
+        f"bus.drives.{axis}.position.scale={{ counts_per_revolution = {2**22}.0 }}",
+        f"bus.drives.{axis}.position.sign=1",
+        f"bus.drives.{axis}.position.zero=0",
+        f'bus.drives.{axis}.position.provenance="encoder"',
+        f"bus.drives.{axis}.torque.scale={{ per_mille_of_rated_torque ="
+        f" {{ rated_torque_nm = {1000 * share} }} }}",
+        f"bus.drives.{axis}.torque.sign=1",
+        f'bus.drives.{axis}.torque.provenance="name plate"',
+    ]
+
+
+def drive_frames(run):
+    """The frames of six CiA 402 drives: a SYNC, then status, position and torque of each."""
+    for k, (t, q, _, e) in enumerate(rows_of(run)):
+        yield t, 0x80, b""
+        for i in range(6):
+            count = round(q[i] / (2 * math.pi) * 2**22)
+            torque = round(e[i] / RATED[i])
+            yield t + 1e-4 * (i + 1), 0x181 + i, struct.pack("<Hih", 0x1237, count, torque)
+        for i in range(6):
+            count = round(q[i] / (2 * math.pi) * 2**22)
+            yield t + 1e-4 * (i + 8), 0x201 + i, struct.pack("<Hih", 0x000F, count, 0)
+
+
+@logger("candump, CANopen drives with an EDS", "SYNC and PDOs at 500 Hz", *GAINS,
+        *(f"bus.layout.nodes.{axis}.node_id={axis}" for axis in range(1, 7)))
+def log_candump(attempt):
+    run = record(arm(), rate=500.0, seconds=16.0)
+    attempt.write("arm.urdf", urdf(arm()))
+    shutil.copy(ROOT / EDS, attempt.folder / "drive.eds")
+    lines = [f"({1756300000 + t:.6f}) can0 {identifier:03X}#{data.hex().upper()}"
+             for t, identifier, data in drive_frames(run)]
+    attempt.write("candump.log", "\n".join(lines) + "\n")
+    return "candump.log", ("--eds", "drive.eds", "--log", "candump.log")
+
+
+@logger("PEAK PCAN-View, trace 2.1, with a DBC", "SYNC and PDOs at 500 Hz", *GAINS)
+def log_peak(attempt):
+    run = record(arm(), rate=500.0, seconds=16.0)
+    attempt.write("arm.urdf", urdf(arm()))
+    shutil.copy(ROOT / DBC, attempt.folder / "drives.dbc")
+    lines = [";$FILEVERSION=2.1", ";$STARTTIME=45950.5", ";$COLUMNS=N,O,T,B,I,d,R,L,D", ";"]
+    for n, (t, identifier, data) in enumerate(drive_frames(run), 1):
+        lines.append(f"{n:7d} {1000 * t:13.3f} DT 1     {identifier:04X} Rx -  {len(data)}    "
+                     + " ".join(f"{x:02X}" for x in data))
+    attempt.write("trace.trc", "\r\n".join(lines) + "\r\n")
+    return "trace.trc", ("--dbc", "drives.dbc", "--log", "trace.trc")
+
+
+def try_loggers(out, program):
+    print(head("logger", "file", "answers", "result"))
+    for index, (name, form, answers, function) in enumerate(LOGGERS, 1):
+        attempt = Attempt(out / f"logger-{index}", program)
+        attempt.folder.mkdir(parents=True, exist_ok=True)
+        recording, options = function(attempt)
+        (attempt.folder / "cell.toml").unlink(missing_ok=True)
+        settings = [option for one in answers for option in ("--set", one)]
+        attempt.run("new", "cell.toml", "--robot", "arm.urdf", *options, *settings)
+        attempt.identify(recording, "--report", "report.html")
+        done = (attempt.folder / "report.html").is_file()
+        text = answer(attempt)
+        if done:
+            small = "urdf.drive_inertia=false" in answers
+            drives = seven()[1] if small else DRIVES
+            text = is_true(attempt, drives, not small)[1]
+        print(f"| {name} | {form} | {len(answers)} | {'report; ' if done else ''}"
+              f"{text.replace('|', '/')} |", flush=True)
+        attempt.write("answers.txt", f"{attempt.codes}\n{attempt.text}")
 
 
 # ---------------------------------------------------------------------------- the run
@@ -1615,7 +1865,11 @@ def main(arguments):
         sys.exit(__doc__)
     out = Path(arguments[0]).resolve()
     (out / "plain").mkdir(parents=True, exist_ok=True)
-    try_all(out, str(Path(arguments[1]).resolve()), arguments[2:])
+    program = str(Path(arguments[1]).resolve())
+    if arguments[2:] == ["--loggers"]:
+        try_loggers(out, program)
+    else:
+        try_all(out, program, arguments[2:])
 
 
 if __name__ == "__main__":
