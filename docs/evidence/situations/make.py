@@ -1794,7 +1794,7 @@ def try_loggers(out, program):
             drives = seven()[1] if small else DRIVES
             text = is_true(attempt, drives, not small)[1]
         print(f"| {name} | {form} | {len(answers)} | {'report; ' if done else ''}"
-              f"{text.replace('|', '/')} |", flush=True)
+              f"{plain(text)} |", flush=True)
         attempt.write("answers.txt", f"{attempt.codes}\n{attempt.text}")
 
 
@@ -1834,6 +1834,11 @@ def head(*columns):
     return f"| {' | '.join(columns)} |\n|{'---|' * len(columns)}"
 
 
+def plain(text):
+    """The text for a field of a table."""
+    return text.replace("|", "/").replace("<", "&lt;")
+
+
 def expected_table():
     print(head("situation", "source", "input", "expected answer"))
     for identifier, source, sentence, expected, _ in SITUATIONS:
@@ -1851,7 +1856,7 @@ def try_all(out, program, only):
         attempt.folder.mkdir(parents=True, exist_ok=True)
         right, text = function(attempt, base)
         count[bool(right)] += 1
-        print(f"| {identifier} | {text.replace('|', '/')} | {'right' if right else '**wrong**'} |",
+        print(f"| {identifier} | {plain(text)} | {'right' if right else '**wrong**'} |",
               flush=True)
         attempt.write("answers.txt", f"{attempt.codes}\n{attempt.text}")
     print(f"\n{count[True]} right, {count[False]} wrong")
