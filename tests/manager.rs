@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 use crate::common::bus::{assembler, frames, interface};
 use crate::common::manager::{Manager, terminate};
 use crate::common::{Network, Process};
+use didim::archive::ResultOptions;
 use didim::live::acquire::{AcquireOptions, RealTimeOptions};
 use didim::live::stream::Pace;
 use didim::live::worker::{
@@ -152,7 +153,7 @@ fn child_serves() {
             configuration: "c0ffee".into(),
             recorded: None,
             archiver: None,
-            results: didim::live::worker::ResultOptions::default(),
+            results: ResultOptions::default(),
         },
     };
     let socket = |name, mode| Some(SocketOptions { path: folder.join(name), mode, group: None });

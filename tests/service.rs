@@ -6,13 +6,14 @@ use std::time::{Duration, Instant};
 
 use crate::common::bus::{assembler, frames, interface};
 use crate::common::{Network, Process, eventually};
+use didim::archive::ResultOptions;
 use didim::archive::store::{HistoryLine, Timestamp, read_history};
 use didim::live::acquire::{AcquireOptions, BusState, RealTimeOptions};
 use didim::live::latency::LatencySummary;
 use didim::live::stream::{Pace, StreamNode, Topic};
 use didim::live::worker::{
-    Command, IdentifiedWindow, Identify, Rejection, ResultOptions, TimeOfDay, Trigger,
-    WindowOptions, WorkerOptions,
+    Command, IdentifiedWindow, Identify, Rejection, TimeOfDay, Trigger, WindowOptions,
+    WorkerOptions,
 };
 use didim::service::status::{
     BaselineRequest, ClientError, Request, Snapshot, fetch_status, send_request,

@@ -2,17 +2,24 @@
 //! excitation and export of a stored result.
 
 mod bus_log;
+mod choices;
+mod counted;
 mod excitation;
 mod export;
 mod gains;
 pub mod identify;
 mod payload;
 mod predict;
+mod recording_file;
+mod recordings;
+mod result_lines;
 pub mod screening;
 mod stored_model;
 mod torque_difference;
 
 pub use bus_log::{LogError, read_log};
+pub use choices::{Choice, ChoiceError, DataChoices};
+pub use counted::{CountError, CountedPiece, check_cell_rate, count_samples, measurement_pairs};
 pub use excitation::{
     AdviceForResult, Assignment, AssignmentError, DesignedMotion, ExpectationError,
     ExpectedParameter, RequestedDesign, TaskParameter, WantedLoad, expectation_line,
@@ -20,5 +27,8 @@ pub use excitation::{
 pub use export::{ConsistentError, ConsistentModel, Exported, Format, NO_FRICTION, WriteError};
 pub use gains::{FindGainsError, FoundGain, FoundGains, find_drive_gains};
 pub use payload::{LoadError, find_load};
+pub use recording_file::{RecordingError, read_recording, recording_source};
+pub use recordings::identify_recordings;
+pub use result_lines::read_result_line;
 pub use stored_model::{JudgedUse, OTHER_CONFIGURATION, ResultError, StoredModel};
 pub use torque_difference::{JointDifference, TorqueDifferenceError, torque_difference};

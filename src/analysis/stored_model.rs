@@ -119,9 +119,9 @@ impl JudgedUse {
     }
 }
 
-/// Reads a result file or a result without its window. Also returns the hash of the configuration,
+/// Parses a result file or a result without its window. Also returns the hash of the configuration,
 /// if the file has it.
-fn read_result(text: &[u8]) -> Result<(Option<String>, Estimate), serde_json::Error> {
+pub(super) fn parse_result(text: &[u8]) -> Result<(Option<String>, Estimate), serde_json::Error> {
     #[derive(Deserialize)]
     struct Head {
         #[serde(default)]
@@ -182,7 +182,7 @@ impl StoredModel {
     /// Same as [`read_stored_model`](Self::read_stored_model).
     pub fn parse(text: &[u8], file: &Path, mut cell: Cell) -> Result<(Self, Cell), ResultError> {
         let wrong = |source| ResultError::NoResult { file: file.to_path_buf(), source };
-        let (configuration, estimate) = read_result(text).map_err(wrong)?;
+        let (configuration, estimate) = parse_result(text).map_err(wrong)?;
         let robot = cell.robot.name();
         if estimate.robot != robot {
             return Err(ResultError::OtherRobot {

@@ -2,4 +2,7 @@
 
 pub mod drift;
 pub mod fleet;
+mod results;
 pub mod store;
+
+pub use results::{ResultOptions, Results};

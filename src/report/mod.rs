@@ -4,6 +4,7 @@ mod advice;
 mod consistent;
 pub mod convergence;
 pub mod cutoff;
+mod date;
 mod design;
 pub mod estimate;
 pub mod figure;
@@ -28,6 +29,7 @@ use crate::text::significant_digits;
 
 pub use advice::{advice_text, missing_text};
 pub use consistent::consistent_summary;
+pub use date::date_text;
 pub use design::{
     CheckedMotion, conditions_text, design_header, design_text, expectation_text, load_lines,
     prediction_lines,

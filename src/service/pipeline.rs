@@ -12,6 +12,7 @@ use didim_drivers::source::{
 
 use crate::analysis::find_load;
 use crate::analysis::identify::{LastIdentification, LastWindow, identify_window};
+use crate::archive::ResultOptions;
 use crate::archive::store::WindowProvenance;
 use crate::cell::{BusAddress, Cell, CellError};
 use crate::files::{FolderError, own_folder};
@@ -21,8 +22,7 @@ use crate::live::recording::{
 };
 use crate::live::stream::{Pace, PrivateNetwork, RUN_PREFIX, SHARED_MEMORY, StreamError};
 use crate::live::worker::{
-    Configuration, FindLoad, IdentifiedWindow, ResultOptions, TimeOfDay, WindowOptionError,
-    WorkerOptions,
+    Configuration, FindLoad, IdentifiedWindow, TimeOfDay, WindowOptionError, WorkerOptions,
 };
 use crate::report::html::{Origin, Report, SampleRange, baseline_section};
 use crate::service::paths::Paths;
@@ -210,13 +210,18 @@ pub fn build_configuration(
         identify: Box::new(identify),
         find_load: Some(find_load),
         sha256: cell.configuration_sha256.clone(),
-        results: ResultOptions {
-            texts: cell.configuration.clone(),
-            regrouping: cell.regrouping_sha256(),
-            drift: cell.service.drift,
-            baseline_section: Some(baseline_section),
-        },
+        results: result_options(cell),
     })
+}
+
+/// Returns the data that are stored with the results of a cell.
+pub fn result_options(cell: &Cell) -> ResultOptions {
+    ResultOptions {
+        texts: cell.configuration.clone(),
+        regrouping: cell.regrouping_sha256(),
+        drift: cell.service.drift,
+        baseline_section: Some(baseline_section),
+    }
 }
 
 /// Returns the time of day of a cell's buses.

@@ -39,17 +39,17 @@ const ORDER: [(&str, &str); 13] = [
     ("src", "proposal check service report analysis cell live archive signals files window text"),
     ("src/service", "metrics reload pipeline supervision status paths"),
     ("src/live", "worker acquire recording stream latency limits"),
-    ("src/archive", "fleet drift store"),
+    ("src/archive", "results fleet drift store"),
     (
         "src/analysis",
-        "export torque_difference excitation gains payload predict stored_model bus_log identify \
-        screening",
+        "export torque_difference excitation gains payload predict result_lines stored_model \
+        recordings choices recording_file counted bus_log identify screening",
     ),
     ("crates/lab/src", "lib report study comparison"),
     (
         "crates/cli/src",
-        "lib command choices input stream outcome state required_uses torque_joints next names \
-         terminal output error notes progress",
+        "lib command stored_result choices input stream outcome state required_uses \
+        torque_joints next names terminal output error notes progress",
     ),
     (
         "crates/cli/src/command",

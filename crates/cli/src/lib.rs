@@ -17,6 +17,7 @@ mod output;
 mod progress;
 mod required_uses;
 mod state;
+mod stored_result;
 mod stream;
 mod terminal;
 mod torque_joints;

@@ -113,12 +113,14 @@ impl InputFileOrStream {
         })
     }
 
-    /// Returns the name and SHA-256 of the input, for a report.
+    /// Returns the name, SHA-256 and date of the input.
     pub(super) fn input_file(&self) -> Result<InputFile, CliError> {
         let read = InputFile::read(&self.path);
         let read = read.map_err(|error| CliError::in_file(&self.displayed_path, error))?;
         let name = self.displayed_path.file_name().unwrap_or(self.displayed_path.as_os_str());
-        Ok(InputFile { name: name.to_string_lossy().into_owned(), ..read })
+        // The date of a copy says nothing about the recording.
+        let written = read.written.filter(|_| !self.is_stream());
+        Ok(InputFile { name: name.to_string_lossy().into_owned(), written, ..read })
     }
 }
 

@@ -37,6 +37,7 @@ mod results;
 mod settings;
 mod seven_axes;
 mod sqlite_bag;
+mod state;
 mod stored;
 mod table_layouts;
 mod urdf;

@@ -31,6 +31,11 @@ impl RecordingStart {
         (FIRST_MS..=LAST_MS).contains(&ms).then_some(Self { unix_ms })
     }
 
+    /// Returns the milliseconds after 1970-01-01T00:00:00Z.
+    pub fn unix_ms(self) -> u64 {
+        self.unix_ms
+    }
+
     /// Formats the start: `2026-11-22 07:17:29.250 UTC`, or that it is not known.
     pub fn display_text(start: Option<Self>) -> String {
         let text = |start: Self| start.to_string().replace('T', " ").replace('Z', " UTC");

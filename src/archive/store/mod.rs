@@ -24,6 +24,6 @@ pub use history::{
 };
 pub use load::{FoundLoad, LoadChange, mass_text};
 pub use model_context::{KeptValue, ModelContext, read_known};
-pub use record::{Attachments, ResultRecord, WindowProvenance};
+pub use record::{Attachments, Recordings, ResultRecord, WindowProvenance};
 pub use samples::input_sha256;
 pub use timestamp::Timestamp;

@@ -2,7 +2,6 @@
 
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
-use std::time::UNIX_EPOCH;
 use std::{fs, io};
 
 use didim_identification::identification::Uses;
@@ -116,11 +115,10 @@ pub(super) fn line_of(
     others: &VecDeque<HistoryLine>,
 ) -> Option<HistoryLine> {
     let record: ResultRecord = serde_json::from_slice(&fs::read(path).ok()?).ok()?;
-    let stored = fs::metadata(path).and_then(|data| data.modified()).ok()?;
+    let time = Timestamp::of_file(path).ok()?;
     let alike = others.iter().rev().find(|line| line.configuration == record.configuration);
     let regrouping = alike.map(|line| line.regrouping.clone()).unwrap_or_default();
     let attachments = Attachments { regrouping, ..Attachments::default() };
-    let time = Timestamp::from_unix_s(stored.duration_since(UNIX_EPOCH).ok()?.as_secs());
     let line = HistoryLine::new(number, &record, &attachments, time);
     // Results of earlier versions have one verdict for every use.
     let has_uses = record.estimate.verdict.uses != Uses::default();

@@ -1,5 +1,7 @@
 //! One result with all data needed to reproduce it.
 
+use core::ops::Range;
+
 use didim_formats::RecordingStart;
 use didim_identification::identification::Estimate;
 use schemars::JsonSchema;
@@ -8,6 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::against::ModelDifference;
 use super::load::FoundLoad;
 use super::samples::input_sha256;
+use crate::text::sha256;
 use crate::window::{DriveReadings, Note, Window, WindowEnd};
 
 /// Content of a result file. It contains neither the computation time nor its date, so that the
@@ -23,7 +26,8 @@ pub struct ResultRecord {
     pub cell: String,
     /// Hash of the cell and robot files as they were read.
     pub configuration: String,
-    /// Hash of the window's samples; see [`input_sha256`].
+    /// Hash of the window's samples; see [`input_sha256`]. For recordings from files, the SHA-256
+    /// over the hashes of the files and the ranges of counted samples.
     pub input_sha256: String,
     /// Window that the result was identified from.
     pub window: WindowProvenance,
@@ -92,7 +96,37 @@ impl ResultRecord {
         record
     }
 
-    /// Creates the record of an estimate.
+    /// Creates the record of an estimate from recordings. The window of such a record is all
+    /// counted samples together.
+    pub fn from_recordings(
+        cell: &str,
+        configuration: &str,
+        recordings: &Recordings<'_>,
+        estimate: Estimate,
+    ) -> Self {
+        let counted: usize = recordings.pieces.iter().map(|(_, counted)| counted.len()).sum();
+        Self {
+            schema: Self::SCHEMA,
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            cell: cell.to_owned(),
+            configuration: configuration.to_owned(),
+            input_sha256: recordings.sha256(),
+            window: WindowProvenance {
+                number: 0,
+                first_sequence: 0,
+                last_sequence: (counted as u64).saturating_sub(1),
+                first_counted: 0,
+                counted,
+                sample_rate_hz: recordings.sample_rate_hz,
+                end: WindowEnd::EndOfStream,
+                recorded: recordings.recorded,
+                readings: recordings.readings.clone(),
+            },
+            estimate,
+        }
+    }
+
+    /// Creates the record of an estimate from a window.
     pub fn new(cell: &str, configuration: &str, window: &Window, estimate: Estimate) -> Self {
         Self {
             schema: Self::SCHEMA,
@@ -103,6 +137,29 @@ impl ResultRecord {
             window: WindowProvenance::from_window(window),
             estimate,
         }
+    }
+}
+
+/// Recordings from files, as the origin of a result.
+#[derive(Clone, Debug, Default)]
+pub struct Recordings<'a> {
+    /// The pieces: the SHA-256 of the file, and the range of the counted samples.
+    pub pieces: Vec<(&'a str, Range<usize>)>,
+    /// Sample rate of the first recording \[Hz\].
+    pub sample_rate_hz: f64,
+    /// Time at which the last recording began, by its own stamps. `None` if they have no date.
+    pub recorded: Option<RecordingStart>,
+    /// Additional drive readings during the counted samples. Empty for several recordings.
+    pub readings: DriveReadings,
+}
+
+impl Recordings<'_> {
+    /// Returns the SHA-256 over the hashes of the files and the ranges of counted samples.
+    fn sha256(&self) -> String {
+        let text = |(file, counted): &(&str, Range<usize>)| format!("{file} {counted:?}");
+        let parts: Vec<String> = self.pieces.iter().map(text).collect();
+        let parts: Vec<&str> = parts.iter().map(String::as_str).collect();
+        sha256(&parts)
     }
 }
 

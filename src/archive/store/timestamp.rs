@@ -2,8 +2,10 @@
 
 use core::fmt;
 use core::time::Duration;
+use std::path::Path;
 use std::time::{SystemTime, UNIX_EPOCH};
 
+use didim_formats::RecordingStart;
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
 /// A wall-clock time with a resolution of one second, in UTC. The text format is RFC 3339:
@@ -24,6 +26,16 @@ impl Timestamp {
         Self::from_unix_s(
             SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs()),
         )
+    }
+
+    /// Returns the time at which a file was last written.
+    ///
+    /// # Errors
+    /// The system does not give the time.
+    pub fn of_file(path: &Path) -> std::io::Result<Self> {
+        let written = std::fs::metadata(path)?.modified()?;
+        let since = written.duration_since(UNIX_EPOCH).unwrap_or_default();
+        Ok(Self::from_unix_s(since.as_secs()))
     }
 
     /// Returns the time this number of seconds after 1970-01-01T00:00:00Z.
@@ -73,6 +85,12 @@ impl Timestamp {
 
     fn system_time(self) -> SystemTime {
         UNIX_EPOCH + Duration::from_secs(self.0)
+    }
+}
+
+impl From<RecordingStart> for Timestamp {
+    fn from(start: RecordingStart) -> Self {
+        Self::from_unix_s(start.unix_ms() / 1000)
     }
 }
 

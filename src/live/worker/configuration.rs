@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use didim_identification::identification::Estimate;
 
 use super::options::WindowPlan;
-use super::setup::ResultOptions;
+use crate::archive::ResultOptions;
 use crate::archive::drift::Baseline;
 use crate::archive::store::FoundLoad;
 use crate::window::Window;

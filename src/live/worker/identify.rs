@@ -8,12 +8,12 @@ use std::time::{Duration, Instant};
 
 use super::configuration::{IdentifiedWindow, Identifier};
 use super::load::load_of_window;
-use super::results::Results;
 use super::setup::{WhenBusy, WorkerError, WorkerOptions};
 use super::state::{EstimateSummary, SharedEstimation};
 use super::unstored::{FinishedResult, UnstoredResults};
 use super::window::{RejectedWindow, Rejection};
-use crate::archive::store::{Attachments, FoundLoad, ResultRecord};
+use crate::archive::Results;
+use crate::archive::store::{Attachments, FoundLoad, ResultRecord, Timestamp};
 use crate::live::recording::{Archiver, RecordedWindow};
 use crate::live::stream::{DocumentWriter, StreamNode, Topic};
 use crate::window::Window;
@@ -57,8 +57,8 @@ impl Identification {
         shared: &SharedEstimation,
         archiver: Option<Archiver>,
     ) -> Result<Self, WorkerError> {
-        let results = options.folder.as_ref().map(|folder| Results::open(folder, options));
-        let results = results.transpose()?;
+        let open = |folder| Results::open(folder, options.max_results, options.results.drift);
+        let results = options.folder.as_deref().map(open).transpose()?;
         let places = options.queue.max(1);
         let (queue, windows) = sync_channel(places);
         let (options, job_shared) = (options.clone(), shared.clone());
@@ -183,7 +183,7 @@ impl IdentificationThread {
                     self.poll_baseline();
                     if let Some(results) = &mut self.results {
                         results.settle();
-                        results.report_pending(&mut self.shared.update());
+                        self.shared.update().set_pending_lines(results);
                     }
                     if self.unstored.is_due(Instant::now()) {
                         self.store_waiting();
@@ -220,7 +220,7 @@ impl IdentificationThread {
         if let Some(results) = &mut self.results
             && results.poll_baseline()
         {
-            results.report(&mut self.shared.update());
+            self.shared.update().set_results(results);
         }
     }
 
@@ -296,7 +296,7 @@ impl IdentificationThread {
     fn payload(&mut self, window: &Window, identifier: &Identifier) -> Option<FoundLoad> {
         let results = self.results.as_mut()?;
         if results.poll_baseline() {
-            results.report(&mut self.shared.update());
+            self.shared.update().set_results(results);
         }
         let load = load_of_window(identifier, results.baseline()?, window)?;
         // The status also shows this reason.
@@ -313,9 +313,12 @@ impl IdentificationThread {
                 continue;
             }
             let stored = match &mut self.results {
-                Some(results) => {
-                    results.store_result(&finished.record, &finished.attachments, &finished.options)
-                }
+                Some(results) => results.store_result(
+                    &finished.record,
+                    &finished.attachments,
+                    &finished.options,
+                    Timestamp::now(),
+                ),
                 None => {
                     self.publish();
                     continue;
@@ -362,7 +365,7 @@ impl IdentificationThread {
         status.windows_identified += 1;
         status.last_estimate = Some(finished.summary);
         if let Some(results) = &self.results {
-            results.report(&mut status);
+            status.set_results(results);
         }
         drop(status);
         self.shared.settle(finished.rejected_window.number);

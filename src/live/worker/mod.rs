@@ -14,7 +14,6 @@ mod load_status;
 mod log_rate;
 mod open;
 mod options;
-mod results;
 mod run;
 mod setup;
 mod silence;
@@ -29,7 +28,7 @@ pub use configuration::{Configuration, FindLoad, IdentifiedWindow, Identify, Ref
 pub use load_status::{LoadState, LoadStatus};
 pub use options::{PlannedTrigger, Trigger, WindowOptionError, WindowOptions, WindowPlan};
 pub use run::{Worker, WorkerEnd};
-pub use setup::{ResultOptions, WorkerError, WorkerOptions};
+pub use setup::{WorkerError, WorkerOptions};
 pub use state::{EstimateSummary, EstimationStatus, SharedEstimation, UseSummary, WindowState};
 pub use time_of_day::TimeOfDay;
 pub use window::{Loss, RejectedWindow, Rejection, WindowEvent};

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use super::options::{WindowOptionError, WindowPlan};
 use super::time_of_day::TimeOfDay;
-use crate::archive::drift::{DriftOptions, DriftStatus};
-use crate::archive::store::{ConfigurationTexts, StoreError};
+use crate::archive::ResultOptions;
+use crate::archive::store::StoreError;
 use crate::live::recording::{ArchiverOptions, RecordedWindow};
 use crate::live::stream::{StreamError, StreamOptions};
 
@@ -62,17 +62,4 @@ pub enum WorkerError {
     /// The identification thread panicked. Its message is in the log. Report it.
     #[error("the identification ended by itself: see the log above")]
     IdentificationEnded,
-}
-
-/// Data stored with the results, so that they can be reproduced and compared.
-#[derive(Clone, Debug, Default)]
-pub struct ResultOptions {
-    /// The files of the configuration as read.
-    pub texts: ConfigurationTexts,
-    /// Hash of the composition of the base parameters, for the history.
-    pub regrouping: String,
-    /// Options for drift from the baseline.
-    pub drift: DriftOptions,
-    /// Function that describes the comparison with the baseline in a report (HTML).
-    pub baseline_section: Option<fn(&DriftStatus) -> String>,
 }

@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 use super::load_status::LoadStatus;
 use super::log_rate::LogRate;
 use super::window::{RejectedWindow, Rejection};
+use crate::archive::Results;
 use crate::archive::drift::DriftStatus;
 use crate::archive::store::{FoundLoad, ParameterValue};
 use crate::live::latency::{Latencies, LatencySummary};
@@ -179,6 +180,22 @@ pub struct EstimationStatus {
     /// Reason why an existing baseline cannot be read. Results are not compared then.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub baseline_unreadable: Option<String>,
+}
+
+impl EstimationStatus {
+    /// Sets the drift, reasons that prevent its evaluation, and the pending history lines.
+    pub(crate) fn set_results(&mut self, results: &Results) {
+        self.drift = results.drift();
+        self.baseline_unreadable = results.baseline_error().map(str::to_owned);
+        self.set_pending_lines(results);
+    }
+
+    /// Sets the number of pending history lines, and the reason.
+    pub(crate) fn set_pending_lines(&mut self, results: &Results) {
+        let (lines, why) = results.pending_count();
+        self.history_lines_waiting = lines as u64;
+        self.history_waits_for = why.map(str::to_owned);
+    }
 }
 
 /// Counts shared between the worker's threads and the status. The bus thread does not use them.

@@ -3,9 +3,9 @@
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
-use super::setup::ResultOptions;
 use super::state::{EstimateSummary, SharedEstimation};
 use super::window::{RejectedWindow, Rejection};
+use crate::archive::ResultOptions;
 use crate::archive::store::{Attachments, ResultRecord};
 use crate::live::recording::RecordedWindow;
 

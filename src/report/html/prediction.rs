@@ -8,7 +8,7 @@ use didim_formats::RecordingStart;
 use didim_identification::identification::Prediction;
 use maud::{Markup, html};
 
-use super::super::joint_panels;
+use super::super::{date_text, joint_panels};
 use super::joints::torque_panels;
 use super::{InputFile, document, number_text, percent_text, section};
 use crate::cell::Cell;
@@ -56,7 +56,7 @@ impl PredictionReport<'_> {
                     @for (name, file) in [("Result", self.result), ("Record", self.input)] {
                         div { dt { (name) } dd { (file.name) br; code { (file.sha256) } } }
                     }
-                    div { dt { "Recorded" } dd { (RecordingStart::display_text(self.recorded)) } }
+                    div { dt { "Recorded" } dd { (date_text(self.recorded, self.input.written)) } }
                 } }))
             }
         };

@@ -9,8 +9,9 @@ use didim_identification::identification::{Method, Options};
 use maud::{Markup, html};
 use sha2::Sha256;
 
+use super::super::date_text;
 use super::{Report, number_text};
-use crate::archive::store::WindowProvenance;
+use crate::archive::store::{Timestamp, WindowProvenance};
 use crate::cell::Cell;
 use crate::window::{DriveReadings, Note};
 
@@ -48,6 +49,22 @@ pub enum SampleRange {
 }
 
 impl SampleRange {
+    /// Returns the range of the counted samples of a measurement, or within a window.
+    pub fn counted(&self) -> Range<usize> {
+        match self {
+            Self::Measurement { counted, .. } => counted.clone(),
+            Self::Window(window) => 0..window.counted,
+        }
+    }
+
+    /// Returns the sample rate \[Hz\].
+    pub fn rate_hz(&self) -> f64 {
+        match self {
+            Self::Measurement { rate_hz, .. } => *rate_hz,
+            Self::Window(window) => window.sample_rate_hz,
+        }
+    }
+
     /// Returns the additional drive readings along the counted samples.
     pub fn readings(&self) -> &DriveReadings {
         match self {
@@ -64,6 +81,8 @@ pub struct InputFile {
     pub name: String,
     /// SHA-256 of the file's content in hexadecimal digits.
     pub sha256: String,
+    /// Time at which the file was last written. `None` if the system does not give it.
+    pub written: Option<Timestamp>,
 }
 
 impl InputFile {
@@ -97,7 +116,7 @@ impl InputFile {
 
     fn new(path: &Path, digest: Sha256) -> Self {
         let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
-        Self { name, sha256: to_hexadecimal(digest) }
+        Self { name, sha256: to_hexadecimal(digest), written: Timestamp::of_file(path).ok() }
     }
 }
 
@@ -111,8 +130,8 @@ pub(super) fn section(report: &Report<'_>) -> Markup {
             }
         }
     };
-    let explanation = "The same input, configuration and program give this report again, byte \
-        for byte, except for notes of a person. The configuration is the cell, robot and DBC \
+    let explanation = "The same input file, configuration and program give this report again, \
+        byte for byte, except for notes of a person. The configuration is the cell, robot and DBC \
         file.";
     super::section("Provenance", explanation, &content)
 }
@@ -124,11 +143,11 @@ pub fn entries(cell: &Cell, origin: &Origin) -> Markup {
             div { dt { "Input" } dd { (input.name) } }
             div { dt { "SHA-256 of the input" } dd.digest { (input.sha256) } }
         }
-        (samples(&origin.samples))
+        (samples(&origin.samples, origin.input.as_ref()))
         @for (input, of) in &origin.further_files {
             div { dt { "Input" } dd { (input.name) } }
             div { dt { "SHA-256 of the input" } dd.digest { (input.sha256) } }
-            (samples(of))
+            (samples(of, Some(input)))
         }
         @if let Some(note) = &origin.note {
             @if let Some(payload) = note.payload_kg {
@@ -148,10 +167,11 @@ pub fn entries(cell: &Cell, origin: &Origin) -> Markup {
     }
 }
 
-fn samples(samples: &SampleRange) -> Markup {
+fn samples(samples: &SampleRange, file: Option<&InputFile>) -> Markup {
+    let written = file.and_then(|file| file.written);
     match samples {
         SampleRange::Measurement { counted, rate_hz, begins_s, recorded, readings } => html! {
-            div { dt { "Recorded" } dd { (RecordingStart::display_text(*recorded)) } }
+            div { dt { "Recorded" } dd { (date_text(*recorded, written)) } }
             div { dt { "Sample rate" } dd { (rate_hz) " Hz" } }
             @if *begins_s > 0.0 {
                 div { dt { "Cut before" } dd { (format!("{begins_s:.3} s")) } }
@@ -165,7 +185,7 @@ fn samples(samples: &SampleRange) -> Markup {
             (readings_list(readings))
         },
         SampleRange::Window(window) => html! {
-            div { dt { "Recorded" } dd { (RecordingStart::display_text(window.recorded)) } }
+            div { dt { "Recorded" } dd { (date_text(window.recorded, written)) } }
             div { dt { "Sample rate" } dd { (window.sample_rate_hz) " Hz" } }
             div { dt { "Window" } dd {
                 (window.number) ", samples " (window.first_sequence) " to "

@@ -126,7 +126,8 @@ pub(crate) fn cell() -> Cell {
 }
 
 pub(crate) fn origin() -> Origin {
-    let input = InputFile { name: format!("{HOSTILE}.log"), sha256: "c0ffee".to_owned() };
+    let (name, sha256) = (format!("{HOSTILE}.log"), "c0ffee".to_owned());
+    let input = InputFile { name, sha256, written: None };
     Origin {
         input: Some(input),
         samples: SampleRange::Measurement {

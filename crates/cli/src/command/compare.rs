@@ -10,8 +10,8 @@ use indicatif::{MultiProgress, ProgressBar};
 
 use super::sim::read_scenario;
 use crate::CliError;
-use crate::choices::DataChoices;
-use crate::input::{CountedPiece, Samples};
+use crate::choices::{choices_text, make_choices};
+use crate::input::{Samples, sample_range};
 use crate::names::{DEFAULT_CELL, method_parser};
 use crate::notes::print_note;
 use crate::output::{check_outputs, print, write_text};
@@ -20,8 +20,8 @@ use crate::required_uses::RequiredUses;
 use crate::stream::InputFileOrStream;
 use crate::terminal::{print_for_terminal, width};
 use crate::torque_joints::TorqueJoints;
-use didim::analysis::JudgedUse;
 use didim::analysis::identify::law_of_commands;
+use didim::analysis::{CountedPiece, JudgedUse};
 use didim::cell::Cell;
 use didim::files::read_text;
 use didim::report::html::{InputFile, Origin, SampleRange};
@@ -111,7 +111,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let measurement = &piece.measurement;
 
     let label = arguments.input.as_deref().unwrap_or(&arguments.cell);
-    let choices = DataChoices::make_choices(&mut cell, &[(measurement, counted.clone())], label)?;
+    let choices = make_choices(&mut cell, &[(measurement, counted.clone())], label)?;
 
     if source.is_some() {
         use_law_of_commands(&mut cell, &experiment, label);
@@ -129,7 +129,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         compare(input, &trials, arguments.folds, &|progress| bars.show_progress(progress));
     bars.clear();
     for estimate in comparison.methods.iter_mut().filter_map(|of| of.estimate.as_mut()) {
-        choices.write_to_cell(estimate);
+        choices.write_to_estimate(estimate);
     }
 
     let outcomes = limits.as_ref().map(|limits| limits.check_all(&comparison)).unwrap_or_default();
@@ -143,7 +143,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         let json = serde_json::to_string(&comparison).map_err(CliError::from_failure)?;
         print(&format!("{json}\n"))?;
     } else {
-        print(&choices.text(&cell))?;
+        print(&choices_text(&choices, &cell))?;
         print_for_terminal(&terminal(&view, width()))?;
     }
     // Files are written after the result, so that a write error does not cost the result. Files
@@ -156,7 +156,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         write_text(path, &autocorrelation_figure(&view))?;
     }
     if let Some(path) = &arguments.report {
-        let origin = origin(arguments, source.as_ref(), experiment.sample_range())?;
+        let origin = origin(arguments, source.as_ref(), sample_range(&experiment))?;
         let scenario = scenario.as_ref().map(|scenario| SimulatedInput {
             name: scenario.name(),
             noise_seed: scenario.simulation().noise.as_ref().map(|noise| noise.seed),
@@ -228,7 +228,7 @@ fn judged_use(usage: Use, comparison: &Comparison, named: &[Method]) -> JudgedUs
 /// Takes the controller from the commands of a recording, if the commands contain a control law and
 /// the cell configures no controller.
 fn use_law_of_commands(cell: &mut Cell, experiment: &CountedPiece, label: &Path) {
-    let range = experiment.sample_range();
+    let range = sample_range(experiment);
     let record = (&experiment.piece.measurement, &experiment.counted_range, range.readings());
     match law_of_commands(cell, Method::Didim, [record]) {
         Ok(Some(law)) => cell.options.controller = Some(law),

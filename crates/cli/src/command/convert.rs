@@ -13,10 +13,11 @@ use didim_sim::{CYCLE_FRAMES, CycleEncoder};
 
 use super::convert_frames::{write_candump, write_mcap};
 use crate::CliError;
-use crate::input::{check_rate, parse_positive, read_input};
+use crate::input::{count_error, parse_positive, read_input};
 use crate::names::DEFAULT_CELL;
 use crate::output::{check_outputs, print, write_whole};
 use crate::stream::InputFileOrStream;
+use didim::analysis::check_cell_rate;
 use didim::cell::Cell;
 use didim::live::recording::is_mcap;
 use didim_formats::{Measurement, Side, is_parquet, write_csv};
@@ -91,7 +92,7 @@ fn write_log(
 ) -> Result<(), CliError> {
     let refused = |message: String| CliError::in_file(input, message);
     let bus = cell.bus().map_err(CliError::from_configuration)?;
-    check_rate(&measurement, cell, input)?;
+    check_cell_rate(&measurement, cell).map_err(|error| count_error(input, error))?;
     if measurement.axes() != bus.layout.axes() {
         return Err(refused(format!(
             "the measurement has {} axes, the cell's bus {}; choose the cell that was recorded",

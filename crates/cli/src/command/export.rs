@@ -5,12 +5,14 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use crate::CliError;
-use crate::input::{Samples, measurement_pairs, parse_positive};
+use crate::input::{Samples, parse_positive};
 use crate::names::{DEFAULT_CELL, format_parser};
 use crate::notes::print_note;
 use crate::output::{check_outputs, print, write_text};
 use crate::stream::InputFileOrStream;
-use didim::analysis::{ConsistentModel, Format, NO_FRICTION, OTHER_CONFIGURATION, StoredModel};
+use didim::analysis::{
+    ConsistentModel, Format, NO_FRICTION, OTHER_CONFIGURATION, StoredModel, measurement_pairs,
+};
 use didim::cell::Cell;
 use didim::report::consistent_summary;
 

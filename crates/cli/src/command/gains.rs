@@ -7,13 +7,13 @@ use didim_identification::identification::KnownLoad;
 use serde::Serialize;
 
 use crate::CliError;
-use crate::input::{Samples, measurement_pairs, parse_point, parse_positive};
+use crate::input::{Samples, parse_point, parse_positive};
 use crate::names::DEFAULT_CELL;
 use crate::output::print;
 use crate::progress::WorkIndicator;
 use crate::stream::InputFileOrStream;
 use crate::terminal::print_for_terminal;
-use didim::analysis::{FoundGains, find_drive_gains};
+use didim::analysis::{FoundGains, find_drive_gains, measurement_pairs};
 use didim::cell::Cell;
 use didim::report::gains_text;
 

@@ -6,14 +6,16 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use crate::CliError;
-use crate::input::{Samples, measurement_pairs};
+use crate::input::Samples;
 use crate::output::{check_outputs, print, write_text, write_whole};
 use crate::state::WhichState;
 use crate::stream::InputFileOrStream;
 use crate::terminal::{max_line_width, print_for_terminal, width};
-use didim::analysis::{JointDifference, StoredModel, torque_difference};
-use didim::archive::drift::{Baseline, JudgedHistory};
-use didim::archive::store::{read_history, result_file};
+use didim::analysis::{
+    JointDifference, StoredModel, measurement_pairs, read_result_line, torque_difference,
+};
+use didim::archive::drift::{Baseline, DriftOptions, JudgedHistory};
+use didim::archive::store::{HistoryLine, read_history, result_file};
 use didim::report::history::{
     Difference, HistoryDocument, identities, long_table, plot, summary, table,
 };
@@ -27,9 +29,9 @@ pub(crate) struct Arguments {
     /// Plot this parameter over time; may be given more than once
     #[arg(long, value_name = "NAME")]
     parameter: Vec<String>,
-    /// Compare two results side by side
+    /// Compare two results side by side: two numbers of the history, or two result files
     #[arg(long, num_args = 2, value_names = ["A", "B"])]
-    compare: Vec<u64>,
+    compare: Vec<String>,
     /// With --compare and --cell: the torque difference of the two results along a recording's
     /// motion
     #[arg(long, value_name = "FILE", requires_all = ["compare", "cell"])]
@@ -57,15 +59,14 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         of => of.map_err(|error| CliError::in_file(path, error)),
     };
     let format = arguments.out.as_ref().map(format_of).transpose()?;
-    let (lines, passed_over) = read_history(&folder).map_err(CliError::from_failure)?;
-    if passed_over > 0 {
-        tracing::warn!(
-            "lines of the history skipped as incomplete, unknown or of a later version: \
-             {passed_over}"
-        );
-    }
-    let baseline = Baseline::read(&folder).map_err(CliError::from_failure)?;
-    let mut history = JudgedHistory::new(lines, baseline, options);
+    let compared = ComparedResults::parse(&arguments.compare, &folder);
+    let (mut history, passed_over) = match &compared {
+        Some(ComparedResults { files, are_files: true, .. }) => {
+            let lines = read_result_lines(files)?;
+            (JudgedHistory::new(lines.to_vec(), None, options), 0)
+        }
+        _ => read_folder(&folder, options)?,
+    };
     let names: Vec<String> = history.parameters().into_iter().map(str::to_owned).collect();
     if let Some(unknown) = arguments.parameter.iter().find(|name| !names.contains(name)) {
         return Err(CliError::Usage(format!(
@@ -73,15 +74,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
             names.join(" ")
         )));
     }
-    let difference = match *arguments.compare.as_slice() {
-        [then, now] => {
-            let difference =
-                Difference::new(&history, [then, now]).map_err(CliError::from_failure)?;
-            let torques = torques(arguments, &folder, [then, now])?;
-            Some(Difference { torques, ..difference })
-        }
-        _ => None,
-    };
+    let difference = compared.as_ref().map(|of| of.difference(arguments, &history)).transpose()?;
     // Results are removed only after the history is complete, because each result is judged with
     // all earlier results, including those that are not shown.
     if let Some(last) = arguments.last.and_then(|last| usize::try_from(last).ok()) {
@@ -104,8 +97,8 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         let json = serde_json::to_string(&document).map_err(CliError::from_failure)?;
         return print(&format!("{json}\n"));
     }
-    if let Some(difference) = difference {
-        return print_for_terminal(&difference.table());
+    if let (Some(difference), Some(compared)) = (difference, compared) {
+        return print_for_terminal(&(compared.legend() + &difference.table()));
     }
     let mut text = table(&history, max_line_width()) + "\n" + &summary(&history);
     for name in &arguments.parameter {
@@ -118,22 +111,78 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     print_for_terminal(&text)
 }
 
-/// Computes the torque difference of two results along a recording, if a recording is given.
-fn torques(
-    arguments: &Arguments,
-    folder: &Path,
+/// Reads the history of a folder and judges it. Also returns the number of skipped lines.
+fn read_folder(folder: &Path, options: DriftOptions) -> Result<(JudgedHistory, usize), CliError> {
+    let (lines, passed_over) = read_history(folder).map_err(CliError::from_failure)?;
+    if passed_over > 0 {
+        tracing::warn!(
+            "lines of the history skipped as incomplete, unknown or of a later version: \
+             {passed_over}"
+        );
+    }
+    let baseline = Baseline::read(folder).map_err(CliError::from_failure)?;
+    Ok((JudgedHistory::new(lines, baseline, options), passed_over))
+}
+
+/// Reads two result files as the results 1 and 2 of a history.
+fn read_result_lines(files: &[PathBuf; 2]) -> Result<[HistoryLine; 2], CliError> {
+    let read = |file: &Path, number| read_result_line(file, number);
+    let [first, second] = [read(&files[0], 1), read(&files[1], 2)];
+    Ok([first.map_err(CliError::from_failure)?, second.map_err(CliError::from_failure)?])
+}
+
+/// The two results of `--compare`.
+struct ComparedResults {
     numbers: [u64; 2],
-) -> Result<Vec<JointDifference>, CliError> {
+    files: [PathBuf; 2],
+    /// True if files are compared, and not results of the history.
+    are_files: bool,
+}
+
+impl ComparedResults {
+    /// Takes two numbers as results of the history, and anything else as files. `None` if nothing
+    /// is compared.
+    fn parse(names: &[String], folder: &Path) -> Option<Self> {
+        let [first, second] = names else { return None };
+        Some(match (first.parse(), second.parse()) {
+            (Ok(then), Ok(now)) => {
+                let numbers = [then, now];
+                let files = numbers.map(|number| result_file(folder, number));
+                Self { numbers, files, are_files: false }
+            }
+            _ => {
+                Self { numbers: [1, 2], files: [first, second].map(PathBuf::from), are_files: true }
+            }
+        })
+    }
+
+    fn difference(
+        &self,
+        arguments: &Arguments,
+        history: &JudgedHistory,
+    ) -> Result<Difference, CliError> {
+        let difference = Difference::new(history, self.numbers).map_err(CliError::from_failure)?;
+        Ok(Difference { torques: torques(arguments, &self.files)?, ..difference })
+    }
+
+    /// Names the files that the numbers in a table stand for. Empty for results of the history.
+    fn legend(&self) -> String {
+        let names = self.numbers.iter().zip(&self.files).filter(|_| self.are_files);
+        names.map(|(number, file)| format!("result {number}: {}\n", file.display())).collect()
+    }
+}
+
+/// Computes the torque difference of two results along a recording, if a recording is given.
+fn torques(arguments: &Arguments, files: &[PathBuf; 2]) -> Result<Vec<JointDifference>, CliError> {
     let (Some(input), Some(cell)) = (&arguments.along, arguments.state.read_cell()?) else {
         return Ok(Vec::new());
     };
     let input = InputFileOrStream::open(input)?;
     let parts = Samples::default().read(&input, &cell)?;
-    let read = |number| {
-        StoredModel::read_stored_model(&result_file(folder, number), cell.clone())
-            .map_err(CliError::from_failure)
+    let read = |file: &Path| {
+        StoredModel::read_stored_model(file, cell.clone()).map_err(CliError::from_failure)
     };
-    let [(then, earlier), (now, later)] = [read(numbers[0])?, read(numbers[1])?];
+    let [(then, earlier), (now, later)] = [read(&files[0])?, read(&files[1])?];
     torque_difference([(&then, &earlier), (&now, &later)], &measurement_pairs(&parts))
         .map_err(|error| CliError::in_file(input.displayed_path(), error))
 }

@@ -1,6 +1,5 @@
 //! `didim identify`: identifies offline, from a table or a log of frames.
 
-use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::ops::{Range, RangeInclusive};
 use std::path::{Path, PathBuf};
@@ -14,25 +13,28 @@ use serde::Serialize;
 
 use super::advise::advice_for;
 use crate::CliError;
-use crate::choices::DataChoices;
-use crate::input::{CountedPiece, Samples, measurement_pairs, signal_source};
+use crate::choices::{choices_text, make_choices};
+use crate::input::{Samples, sample_range, signal_source};
 use crate::names::{DEFAULT_CELL, REPORT_FILE, RESULT_FILE, method_parser};
 use crate::next::NextCommand;
 use crate::notes::print_note;
 use crate::output::{check_outputs, print, write_figure, write_report, write_text};
 use crate::progress::WorkIndicator;
 use crate::required_uses::RequiredUses;
+use crate::stored_result::{StoredResult, store_result};
 use crate::stream::InputFileOrStream;
 use crate::terminal::print_for_terminal;
 use crate::torque_joints::TorqueJoints;
 use didim::analysis::identify::{
-    IdentifyError, add_settings, identify_measurement, identify_measurements, law_of_commands,
-    reduce_measurements, rms_deviation,
+    IdentifyError, identify_measurement, reduce_measurements, rms_deviation,
 };
-use didim::analysis::{DesignedMotion, ExpectedParameter};
+use didim::analysis::{
+    CountedPiece, DesignedMotion, ExpectedParameter, identify_recordings, measurement_pairs,
+};
+use didim::archive::store::{Recordings, Timestamp};
 use didim::cell::Cell;
-use didim::report;
-use didim::report::html::{Origin, Report, SampleRange};
+use didim::report::html::{InputFile, Origin, Report, SampleRange};
+use didim::report::{self, date_text};
 use didim::text::align_table;
 use didim::window::DriveReadings;
 use didim_formats::{Measurement, RecordingStart};
@@ -59,6 +61,10 @@ pub(crate) struct Arguments {
     /// Write the result, as `--json` prints it, for `predict`, `advise`, `export` and `payload`
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
+    /// Store the result in this folder, as the service stores its results, for `history`,
+    /// `baseline` and `fleet`
+    #[arg(long, value_name = "FOLDER")]
+    state: Option<PathBuf>,
     /// Write a figure of measured against predicted torque (SVG)
     #[arg(long, value_name = "FILE")]
     figure: Option<PathBuf>,
@@ -163,7 +169,7 @@ const MAX_SEPARATE_IDENTIFICATIONS: RangeInclusive<usize> = 2..=MAX_COMPARED_REC
 
 /// Identifies each recording or piece separately, if there are at least two and at most
 /// `MAX_COMPARED_RECORDINGS`.
-fn identify_recordings(
+fn identify_separately(
     cell: &Cell,
     method: Method,
     reported: &[RecordingEntry],
@@ -233,26 +239,10 @@ struct RecordingEntry {
 impl RecordingEntry {
     fn new(input: usize, path: &Path, piece: &CountedPiece) -> Self {
         let name = path.display().to_string() + &piece.recording_begin();
-        let (what_counted, range) = (piece.counted_text(), piece.sample_range());
+        let (what_counted, range) = (piece.counted_text(), sample_range(piece));
         let (recording_start, unused_frames) = (piece.recording_start, piece.unused_frames.clone());
         Self { input, name, what_counted, recording_start, unused_frames, range }
     }
-}
-
-/// Returns the measurements with their samples that count. The measurements are moved out of
-/// `parts` if none is identified separately, because they are not needed again; otherwise they are
-/// borrowed.
-fn take_measurements(parts: &mut Vec<CountedPiece>) -> Vec<(Cow<'_, Measurement>, Range<usize>)> {
-    if !MAX_SEPARATE_IDENTIFICATIONS.contains(&parts.len()) {
-        let pieces_taken = parts.drain(..);
-        return pieces_taken
-            .map(|of| (Cow::Owned(of.piece.measurement), of.counted_range))
-            .collect();
-    }
-    parts
-        .iter()
-        .map(|of| (Cow::Borrowed(&of.piece.measurement), of.counted_range.clone()))
-        .collect()
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
@@ -270,10 +260,10 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let measurements = measurement_pairs(&parts);
     let first = inputs[0].displayed_path();
     let start = Instant::now();
-    let choices = DataChoices::make_choices(&mut cell, &measurements, first)?;
+    let choices = make_choices(&mut cell, &measurements, first)?;
     // The choices are printed before the method runs, because the method may fail with them.
     if !arguments.json {
-        print(&choices.text(&cell))?;
+        print(&choices_text(&choices, &cell))?;
     }
     let mut reduction = None;
     if arguments.essential {
@@ -284,25 +274,20 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         reduction = Some(essential);
     }
     let method = arguments.method.unwrap_or(cell.method);
-    let records = (parts.iter().zip(&reported))
-        .map(|(of, entry)| (&of.piece.measurement, &of.counted_range, entry.range.readings()));
-    let law = law_of_commands(&cell, method, records);
-    if let Some(law) = law.map_err(|error| CliError::in_file(first, error))? {
-        cell.options.controller = Some(law);
-    }
     let working = WorkIndicator::start(&format!("identifying by {method}"));
+    // The measurements are needed again only if each is identified separately.
+    let keeps_parts = MAX_SEPARATE_IDENTIFICATIONS.contains(&parts.len());
+    let how = (&choices, signal_source(&inputs[0], &cell), keeps_parts);
     let identified =
-        working.show_during(|| identify_measurements(&cell, method, take_measurements(&mut parts)));
-    let mut identification =
+        working.show_during(|| identify_recordings(&mut cell, method, &mut parts, how));
+    let identification =
         identified.map_err(|error| not_identified(error, &arguments.cell, first))?;
     let elapsed = start.elapsed();
-    choices.write_to_cell(&mut identification.estimate);
-    add_settings(&cell, signal_source(&inputs[0], &cell), &mut identification.estimate);
     let measurements = measurement_pairs(&parts);
     let together = &identification.estimate;
     let predicted = arguments.compare_with_design(designed, together);
     let recordings = WorkIndicator::start("identifying from each recording alone")
-        .show_during(|| identify_recordings(&cell, method, &reported, &measurements, together));
+        .show_during(|| identify_separately(&cell, method, &reported, &measurements, together));
     let json = || {
         let reduction = reduction.as_ref();
         json_text(&reported, reduction, &identification, elapsed, &predicted, &recordings)
@@ -312,7 +297,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     } else {
         let regrouping = arguments.regrouping;
         print_for_terminal(&text(&cell, reduction.as_ref(), &identification, regrouping))?;
-        show_recordings(&reported)?;
+        show_recordings(&inputs, &reported)?;
         print_for_terminal(&recordings_table(&recordings))?;
         if !predicted.is_empty() {
             print_for_terminal(&report::expectation_text(&predicted))?;
@@ -322,16 +307,57 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     if let Some(path) = out {
         write_text(path, &json()?)?;
     }
-    if let Some(path) = figure {
-        write_figure(path, &cell, &identification)?;
-    }
-    if let Some(path) = report {
-        store_report(path, &cell, &inputs, &reported, &identification, &predicted)?;
-    }
+    let next = write_files(arguments, &cell, &inputs, &reported, (&identification, &predicted))?;
     if !arguments.json {
-        print_note(&arguments.next_command(&inputs));
+        print_note(&next);
     }
     arguments.required.check_estimate(&identification.estimate)
+}
+
+/// Writes the figure and the report, and stores the result in a history. Returns the line with the
+/// next command.
+fn write_files(
+    arguments: &Arguments,
+    cell: &Cell,
+    inputs: &[InputFileOrStream],
+    reported: &[RecordingEntry],
+    (identification, predicted): (&Identification, &[ExpectedParameter]),
+) -> Result<String, CliError> {
+    if let Some(path) = &arguments.figure {
+        write_figure(path, cell, identification)?;
+    }
+    if let Some(path) = &arguments.report {
+        store_report(path, cell, inputs, reported, identification, predicted)?;
+    }
+    let Some(folder) = &arguments.state else { return Ok(arguments.next_command(inputs)) };
+    let stored = store_in_history(folder, cell, inputs, reported, &identification.estimate)?;
+    if !arguments.json {
+        print(&stored.message)?;
+    }
+    Ok(stored.next.to_string())
+}
+
+/// Stores the result in a folder of results.
+fn store_in_history(
+    folder: &Path,
+    cell: &Cell,
+    inputs: &[InputFileOrStream],
+    reported: &[RecordingEntry],
+    estimate: &Estimate,
+) -> Result<StoredResult, CliError> {
+    let files: Vec<InputFile> =
+        inputs.iter().map(InputFileOrStream::input_file).collect::<Result<_, _>>()?;
+    let ranges = reported.iter().map(|of| (files[of.input].sha256.as_str(), of.range.counted()));
+    let recordings = Recordings {
+        pieces: ranges.collect(),
+        sample_rate_hz: reported[0].range.rate_hz(),
+        recorded: reported.iter().filter_map(|of| of.recording_start).max(),
+        readings: match reported {
+            [one] => one.range.readings().clone(),
+            _ => DriveReadings::default(),
+        },
+    };
+    store_result(folder, cell, estimate, (&files, &recordings))
 }
 
 /// Adds the path of the cell file to an error in the configuration, and the path of the recording
@@ -409,11 +435,16 @@ fn json_text(
 }
 
 /// Prints the start time, the samples that count and the drive readings of each recording.
-fn show_recordings(reported: &[RecordingEntry]) -> Result<(), CliError> {
+fn show_recordings(
+    inputs: &[InputFileOrStream],
+    reported: &[RecordingEntry],
+) -> Result<(), CliError> {
     let mut last = None;
     for piece in reported.iter().take(MAX_COMPARED_RECORDINGS) {
         if last.replace(piece.input) != Some(piece.input) {
-            print(&format!("recorded: {}\n", RecordingStart::display_text(piece.recording_start)))?;
+            let written = Timestamp::of_file(inputs[piece.input].path()).ok();
+            let written = written.filter(|_| !inputs[piece.input].is_stream());
+            print(&format!("recorded: {}\n", date_text(piece.recording_start, written)))?;
         }
         print_for_terminal(&piece.what_counted)?;
         for (name, text) in piece.range.readings().lines() {

@@ -8,14 +8,14 @@ use didim_identification::identification::{DeclaredLoad, Payload, PayloadError};
 use serde::Serialize;
 
 use crate::CliError;
-use crate::input::{Samples, measurement_pairs, parse_point, parse_positive};
+use crate::input::{Samples, parse_point, parse_positive};
 use crate::names::DEFAULT_CELL;
 use crate::output::print;
 use crate::progress::WorkIndicator;
 use crate::stream::InputFileOrStream;
 use crate::terminal::print_for_terminal;
 use crate::torque_joints::TorqueJoints;
-use didim::analysis::{LoadError, OTHER_CONFIGURATION, StoredModel};
+use didim::analysis::{LoadError, OTHER_CONFIGURATION, StoredModel, measurement_pairs};
 use didim::report::payload_text;
 use didim_formats::RecordingStart;
 

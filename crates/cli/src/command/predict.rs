@@ -8,7 +8,7 @@ use didim_identification::identification::{Prediction, Use};
 use serde::Serialize;
 
 use crate::CliError;
-use crate::input::{Samples, measurement_pairs};
+use crate::input::Samples;
 use crate::names::DEFAULT_CELL;
 use crate::output::{check_outputs, print, write_text};
 use crate::progress::WorkIndicator;
@@ -16,7 +16,7 @@ use crate::required_uses::RequiredUses;
 use crate::stream::InputFileOrStream;
 use crate::terminal::print_for_terminal;
 use crate::torque_joints::TorqueJoints;
-use didim::analysis::{JudgedUse, OTHER_CONFIGURATION, StoredModel};
+use didim::analysis::{JudgedUse, OTHER_CONFIGURATION, StoredModel, measurement_pairs};
 use didim::cell::Cell;
 use didim::report::html::{InputFile, PredictionReport};
 use didim::text::{align_table, significant_digits};

@@ -171,7 +171,7 @@ fn a_result_says_when_it_was_recorded_and_the_history_when_it_was_stored() {
     assert!(rows[0].contains("recorded (UTC)") && rows[0].contains("stored (UTC)"), "{table}");
     assert!(rows[1].contains("2026-11-22 07:17") && rows[3].contains("not known"), "{table}");
     // Of the last, and of one that `identify` reads.
-    let entry = "<dt>Recorded</dt><dd>not known</dd>";
+    let entry = "<dt>Recorded</dt><dd>without a date; the file was written 20";
     assert!(std::fs::read_to_string(&report).unwrap().contains(entry));
     let identify = ["identify", "--cell", &cia402_cell(), "--input", &dated];
     let text = didim(&[&identify[..], &["--report", &report]].concat()).done();

@@ -170,6 +170,12 @@ impl HistoryLine {
         sha256(&parts)
     }
 
+    /// Returns true if a record has the robot, configuration, method and values of this result.
+    pub fn has_values_of(&self, record: &ResultRecord) -> bool {
+        let line = Self::new(self.result, record, &Attachments::default(), self.time);
+        line.identity() == self.identity()
+    }
+
     /// Returns true if the result is usable for a use. `None` if unknown.
     pub fn is_good_for(&self, of: Use) -> Option<bool> {
         let declared = self.uses.get(of.name()).copied();

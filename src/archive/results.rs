@@ -1,23 +1,34 @@
-//! Data stored with each result: its file, its history line and its configuration.
+//! The results of one arm in a folder: stored with their configuration, compared with a baseline.
 
 use std::collections::VecDeque;
 use std::path::Path;
 
-use super::setup::{ResultOptions, WorkerOptions};
-use super::state::EstimationStatus;
 use crate::archive::drift::{
     AlarmEvent, BASELINE_PLACE, Baseline, BaselineWatch, DriftOptions, DriftStatus, Tracker,
 };
 use crate::archive::store::{
-    Attachments, HistoryLine, ModelDifference, RECENT_LINES, ResultRecord, Store, StoreError,
-    Stored, Timestamp,
+    Attachments, ConfigurationTexts, HistoryLine, ModelDifference, RECENT_LINES, ResultRecord,
+    Store, StoreError, Stored, Timestamp,
 };
 
-/// The results folder, as the identifying thread uses it.
+/// Data stored with the results, so that they can be reproduced and compared.
+#[derive(Clone, Debug, Default)]
+pub struct ResultOptions {
+    /// The files of the configuration as read.
+    pub texts: ConfigurationTexts,
+    /// Hash of the composition of the base parameters, for the history.
+    pub regrouping: String,
+    /// Options for drift from the baseline.
+    pub drift: DriftOptions,
+    /// Function that describes the comparison with the baseline in a report (HTML).
+    pub baseline_section: Option<fn(&DriftStatus) -> String>,
+}
+
+/// A folder of results, open for writing.
 #[derive(Debug)]
-pub(super) struct Results {
+pub struct Results {
     store: Store,
-    /// Drift options of the last window.
+    /// Drift options of the last result.
     drift: DriftOptions,
     /// Last lines of the history. A baseline may be set to one of them.
     recent_lines: VecDeque<HistoryLine>,
@@ -29,9 +40,17 @@ pub(super) struct Results {
 }
 
 impl Results {
-    pub(super) fn open(folder: &Path, options: &WorkerOptions) -> Result<Self, StoreError> {
-        let (store, recent) = Store::open_with_history(folder, options.max_results)?;
-        let drift = options.results.drift;
+    /// Opens a folder, and creates it if it does not exist. `max_results` is the number of result
+    /// files to keep.
+    ///
+    /// # Errors
+    /// [`StoreError`].
+    pub fn open(
+        folder: &Path,
+        max_results: usize,
+        drift: DriftOptions,
+    ) -> Result<Self, StoreError> {
+        let (store, recent) = Store::open_with_history(folder, max_results)?;
         let baseline = BaselineWatch::new(folder);
         Ok(Self {
             store,
@@ -46,7 +65,7 @@ impl Results {
     /// Checks whether another process has set or cleared the baseline. If so, compares the lines in
     /// memory with the new one and returns true. An unreadable baseline is read again at each
     /// check, because the same file may become readable, but is logged once.
-    pub(super) fn poll_baseline(&mut self) -> bool {
+    pub fn poll_baseline(&mut self) -> bool {
         if self.baseline_error.is_some() {
             self.baseline.report_again();
         }
@@ -89,34 +108,36 @@ impl Results {
     }
 
     /// Returns the baseline, if there is one.
-    pub(super) fn baseline(&self) -> Option<&Baseline> {
+    pub fn baseline(&self) -> Option<&Baseline> {
         Some(self.tracker.as_ref()?.baseline())
     }
 
-    /// Writes the pending history lines. If this fails, the status reports the reason, and the next
-    /// call tries again.
-    pub(super) fn settle(&mut self) {
+    /// Writes the pending history lines. If this fails, [`Self::pending_count`] has the reason, and
+    /// the next call tries again.
+    pub fn settle(&mut self) {
         let _ = self.store.settle();
     }
 
-    /// Writes to the status: the drift, reasons that prevent its evaluation, and pending history
-    /// lines.
-    pub(super) fn report(&self, status: &mut EstimationStatus) {
-        status.drift = self.drift();
-        status.baseline_unreadable.clone_from(&self.baseline_error);
-        self.report_pending(status);
+    /// Returns the number of pending history lines, and the reason.
+    pub fn pending_count(&self) -> (usize, Option<&str>) {
+        self.store.pending_count()
     }
 
-    /// Writes the number of pending history lines to the status, and the reason.
-    pub(super) fn report_pending(&self, status: &mut EstimationStatus) {
-        let (lines, why) = self.store.pending_count();
-        status.history_lines_waiting = lines as u64;
-        status.history_waits_for = why.map(str::to_owned);
+    /// Returns the reason why the existing baseline cannot be read.
+    pub fn baseline_error(&self) -> Option<&str> {
+        self.baseline_error.as_deref()
     }
 
-    /// Returns the drift for the status. `None` without a baseline.
-    fn drift(&self) -> Option<DriftStatus> {
+    /// Returns the drift from the baseline. `None` without a baseline.
+    pub fn drift(&self) -> Option<DriftStatus> {
         self.tracker.as_ref().map(Tracker::status)
+    }
+
+    /// Returns the stored result with these values from this input and configuration, among the
+    /// last results.
+    pub fn find_equal(&self, record: &ResultRecord) -> Option<u64> {
+        let equal = |line: &&HistoryLine| line.has_values_of(record);
+        self.recent_lines.iter().rev().find(equal).map(|line| line.result)
     }
 
     fn follow_line(&mut self, line: HistoryLine, drift: DriftOptions) {
@@ -151,13 +172,17 @@ impl Results {
         baseline.compare_uncertainty(record.estimate.model_uncertainty.as_ref()?)
     }
 
-    /// Stores a result. The function fails only if the result itself cannot be stored. Failures to
-    /// store the related data are only logged.
-    pub(super) fn store_result(
+    /// Stores a result of this time. The function fails only if the result itself cannot be stored.
+    /// Failures to store the related data are only logged.
+    ///
+    /// # Errors
+    /// [`StoreError`]; the previous content is unchanged.
+    pub fn store_result(
         &mut self,
         record: &ResultRecord,
         auxiliary: &Attachments,
         options: &ResultOptions,
+        time: Timestamp,
     ) -> Result<Stored, StoreError> {
         // The configuration is written before the result that refers to it.
         let configured = self.store.keep_configuration(&record.configuration, &options.texts);
@@ -167,7 +192,7 @@ impl Results {
             report: None,
             ..auxiliary.clone()
         };
-        let stored = self.store.write(record, &attachments, Timestamp::now())?;
+        let stored = self.store.write(record, &attachments, time)?;
         if !stored.line.time.is_set() {
             tracing::warn!(
                 "the clock is not set: result {} is left out of plots and trends",

@@ -2,32 +2,11 @@ use didim_identification::identification::{Estimate, ParameterEstimate, Verdict}
 
 use super::*;
 use crate::archive::drift::Baseline;
-use crate::live::stream::StreamOptions;
-use crate::live::worker::{TimeOfDay, Trigger, WindowOptions};
+use crate::live::worker::EstimationStatus;
 use crate::window::{Window, WindowEnd};
 
 fn open(folder: &Path) -> Results {
-    let place = Path::new("/tmp/didim-results");
-    let windows = WindowOptions {
-        trigger: Trigger::Command {},
-        margin_before_s: 0.0,
-        margin_after_s: 0.0,
-        min_s: 0.0,
-        max_s: 1.0,
-    };
-    let options = WorkerOptions {
-        stream: StreamOptions::new("cell", (place, "x"), 6, 500.0, 1.0).unwrap(),
-        time_of_day: TimeOfDay::Log { since_1970_ns: 0 },
-        windows: windows.plan(500.0).unwrap(),
-        queue: 1,
-        folder: None,
-        max_results: 3,
-        configuration: "c0ffee".into(),
-        results: ResultOptions::default(),
-        recorded: None,
-        archiver: None,
-    };
-    Results::open(folder, &options).unwrap()
+    Results::open(folder, 3, DriftOptions::default()).unwrap()
 }
 
 fn take(results: &mut Results, fc3: f64) {
@@ -68,7 +47,7 @@ fn take_with(results: &mut Results, fc3: f64, drift: DriftOptions) {
     let options = ResultOptions { drift, baseline_section, ..ResultOptions::default() };
     let report = Some(format!("<main>{BASELINE_PLACE}</main>"));
     let attachments = Attachments { report, ..Attachments::default() };
-    results.store_result(&record, &attachments, &options).unwrap();
+    results.store_result(&record, &attachments, &options, Timestamp::now()).unwrap();
 }
 
 fn report(folder: &Path, result: u64) -> String {
@@ -176,7 +155,7 @@ fn a_history_that_cannot_be_written_costs_no_result() {
     assert!(folder.path().join("latest.json").exists());
     let health = |results: &Results| {
         let mut status = EstimationStatus::default();
-        results.report(&mut status);
+        status.set_results(results);
         crate::service::status::Health::new(None, Some(&status)).reasons
     };
     results.settle();
@@ -216,7 +195,7 @@ fn a_baseline_that_cannot_be_read_is_a_reason_until_it_can_be_or_is_cleared() {
     assert!(results.poll_baseline());
     let health = |results: &Results| {
         let mut status = EstimationStatus::default();
-        results.report(&mut status);
+        status.set_results(results);
         // In the form that a client receives.
         let json = serde_json::to_string(&status).unwrap();
         let status_read: EstimationStatus = serde_json::from_str(&json).unwrap();

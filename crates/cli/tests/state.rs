@@ -1,0 +1,93 @@
+//! The history of an arm that is identified from recordings.
+
+use std::ffi::OsStr;
+use std::fs::{self, File};
+use std::path::Path;
+use std::time::{Duration, UNIX_EPOCH};
+
+use serde_json::Value;
+use tempfile::TempDir;
+
+use crate::program::{didim, json, repository, succeed};
+
+/// Identifies a recording of the KUKA KR 300.
+fn identify(recording: &str, option: &str, place: &Path) -> String {
+    let data = repository("tests/data/kr300");
+    let (cell, input) = (data.join("cell.toml"), data.join(recording));
+    let range: [&dyn AsRef<OsStr>; 4] = [&"--from", &"1.8", &"--to", &"8.2"];
+    let mut arguments: Vec<&dyn AsRef<OsStr>> =
+        vec![&"identify", &"--cell", &cell, &"--input", &input, &option, &place];
+    arguments.extend(range);
+    succeed(&arguments)
+}
+
+fn history(arguments: &[&dyn AsRef<OsStr>]) -> Value {
+    let mut all: Vec<&dyn AsRef<OsStr>> = vec![&"history", &"--json"];
+    all.extend_from_slice(arguments);
+    json(&succeed(&all))
+}
+
+#[test]
+fn recordings_have_a_history_a_baseline_and_drift_without_a_bus() {
+    let (folder, cell) = (TempDir::new().unwrap(), repository("config/cells/tx40-packed-fd.toml"));
+    let state = folder.path().join("results");
+    // The logs have no date. They were written on 1 and 2 March 2024, UTC.
+    let recorded = [("1", 1_709_294_400), ("2", 1_709_380_800)].map(|(seed, written)| {
+        let log = folder.path().join(format!("{seed}.log"));
+        let bus = format!("log:{}", log.display());
+        succeed(&[&"sim", &"--cell", &cell, &"--bus", &bus, &"--fast", &"--seed", &seed]);
+        let opened = File::options().append(true).open(&log).unwrap();
+        opened.set_modified(UNIX_EPOCH + Duration::from_secs(written)).unwrap();
+        log
+    });
+    let store = |log: &Path| {
+        succeed(&[&"identify", &"--cell", &cell, &"--input", &log, &"--state", &state])
+    };
+    let first = store(&recorded[0]);
+    assert!(first.contains("stored as result 0 of 2024-03-01T12:00:00Z"), "{first}");
+    assert!(first.contains("the file was written 2024-03-01 12:00 UTC"), "{first}");
+    let again = store(&recorded[0]);
+    assert!(again.contains("already stored as result 0"), "{again}");
+    succeed(&[&"baseline", &"set", &"--state", &state]);
+    store(&recorded[1]);
+
+    let document = history(&[&"--state", &state]);
+    let results = document["results"].as_array().unwrap();
+    assert_eq!(results.len(), 2, "one for each log");
+    assert_eq!(document["baseline"]["result"]["result"], 0);
+    assert_eq!(results[1]["time"], "2024-03-02T12:00:00Z");
+    assert_eq!(results[1]["compared"], true, "{}", results[1]["why_not"]);
+    assert_eq!(document["alarms"].as_array().unwrap().len(), 0, "it is the same arm");
+    // Model errors count, as for the results of a service.
+    let deviations = results[1]["against"]["standard_deviations"].as_array().unwrap();
+    assert_eq!(deviations.len(), results[1]["parameters"].as_array().unwrap().len());
+    let kept = json(&fs::read_to_string(state.join("result-00000001.json")).unwrap());
+    let other = json(&fs::read_to_string(state.join("result-00000000.json")).unwrap());
+    assert_ne!(kept["input_sha256"], other["input_sha256"]);
+    assert!(kept["window"]["counted"].as_u64().unwrap() > 1000);
+}
+
+#[test]
+fn two_result_files_are_compared_as_two_results_of_a_history() {
+    let folder = TempDir::new().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    let (first, second, state) = (path("first.json"), path("second.json"), path("results"));
+    for (recording, out) in [("a.csv", &first), ("b.csv", &second)] {
+        identify(recording, "--out", out);
+        identify(recording, "--state", &state);
+    }
+    let of_files = history(&[&"--compare", &first, &second]);
+    let of_numbers = history(&[&"--state", &state, &"--compare", &"0", &"1"]);
+    let parameters = |of: &Value| of["difference"]["parameters"].as_array().unwrap().clone();
+    assert_eq!(parameters(&of_files).len(), 58);
+    for (file, number) in parameters(&of_files).iter().zip(parameters(&of_numbers)) {
+        assert_eq!(file["parameter"], number["parameter"]);
+        let [one, other] = [file, &number].map(|of| of["difference"].as_f64().unwrap());
+        assert!((one - other).abs() <= 1e-12 * one.abs(), "{file} {number}");
+    }
+    let table = succeed(&[&"history", &"--compare", &first, &second]);
+    assert!(table.contains(&format!("result 2: {}", second.display())), "{table}");
+    let refused = didim(&[&"history", &"--compare", &first, &"nothere.json"]);
+    assert_eq!(refused.code, Some(1));
+    assert!(refused.stderr.contains("nothere.json: "), "{}", refused.stderr);
+}

@@ -1,0 +1,96 @@
+//! Reads a recording from a file, in the format that its name, its content and the cell show.
+
+use std::path::{Path, PathBuf};
+
+use didim_drivers::ethercat::Capture;
+use didim_drivers::source::{InterfaceName, TextLog};
+use didim_formats::{
+    BagError, Record, TableError, foreign_container, is_parquet, is_sqlite, read_bag, read_table,
+};
+
+use super::bus_log::{LogError, read_log};
+use crate::cell::{Cell, SignalSource};
+use crate::live::recording::is_mcap;
+
+/// Error when a recording cannot be read. The inner errors name the file.
+#[derive(Debug, thiserror::Error)]
+pub enum RecordingError {
+    /// A ROS 2 bag cannot be read.
+    #[error(transparent)]
+    Bag(#[from] BagError),
+    /// The file is a container of another kind.
+    #[error("{}: {container}", file.display())]
+    Container {
+        /// The file.
+        file: PathBuf,
+        /// Its kind, and the tool that converts it.
+        container: String,
+    },
+    /// A table cannot be read.
+    #[error(transparent)]
+    Table(#[from] TableError),
+    /// A log cannot be read.
+    #[error(transparent)]
+    Log(#[from] LogError),
+    /// A rate was given for a log, which has the rate of the cell's layout.
+    #[error("--sample-rate is for tables only; a log has the sample rate of the cell's layout")]
+    RateOfLog,
+}
+
+/// Returns the format of a file, as [`read_recording`] reads it. The name of the copy of a stream
+/// does not show its format.
+pub fn recording_source(path: &Path, is_stream: bool, cell: &Cell) -> SignalSource {
+    let is =
+        |extension: &str| path.extension().is_some_and(|own| own.eq_ignore_ascii_case(extension));
+    let is_mcap_bag = is("mcap") || (is_stream && is_mcap(path));
+    let is_bag = path.is_dir() || is_mcap_bag || is("db3") || is_sqlite(path);
+    if cell.bag.is_some() && is_bag {
+        return SignalSource::Bag;
+    }
+    // Without a bus a file can only be a table, unless it has the format of a bus log.
+    let has_bus = cell.bus().is_ok();
+    let is_text = is("csv") || path.to_string_lossy().to_lowercase().ends_with(".csv.gz");
+    let is_table = is_text || is_parquet(path);
+    let is_log = match is_stream {
+        true => is_mcap(path) || Capture::is_one(path) || TextLog::is_one(path),
+        false => has_bus || ["log", "asc", "trc", "mcap", "pcap", "pcapng"].into_iter().any(is),
+    };
+    if is_table || !is_log { SignalSource::Table } else { SignalSource::Bus }
+}
+
+/// Reads a recording. The first bytes of a stream identify its format. The format of a file is:
+///
+/// - A name that ends in `.csv` or `.csv.gz`, or a Parquet file: a table.
+/// - A folder, an MCAP or SQLite file: a ROS 2 bag, if the cell asks for one.
+/// - Anything else: a log (candump, ASC, TRC), an MCAP recording or an EtherCAT capture. Without a
+///   bus it may also be a table.
+///
+/// `sample_rate_hz` is the rate of a table without a time column. `interfaces` are those of a log
+/// whose frames count; if empty, those of the cell's bus.
+///
+/// # Errors
+/// [`RecordingError`].
+pub fn read_recording(
+    path: &Path,
+    is_stream: bool,
+    cell: &Cell,
+    (sample_rate_hz, interfaces): (Option<f64>, &[InterfaceName]),
+) -> Result<Record, RecordingError> {
+    let source = recording_source(path, is_stream, cell);
+    if let Some(spec) = cell.bag.as_ref().filter(|_| source == SignalSource::Bag) {
+        return Ok(read_bag(path, spec)?);
+    }
+    if let Some(container) = foreign_container(path) {
+        return Err(RecordingError::Container { file: path.to_path_buf(), container });
+    }
+    let has_bus = cell.bus().is_ok();
+    if source == SignalSource::Table {
+        // A cell without a bus defines the row interval of its tables.
+        let rate_hz = sample_rate_hz.or((!has_bus).then(|| cell.sample_rate_hz()));
+        return Ok(read_table(path, rate_hz, cell.sample_rate_hz(), cell.columns.as_ref())?);
+    }
+    if sample_rate_hz.is_some() {
+        return Err(RecordingError::RateOfLog);
+    }
+    Ok(read_log(path, cell, interfaces)?)
+}
