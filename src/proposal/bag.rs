@@ -32,6 +32,7 @@ pub(super) fn propose(
     if !is_published {
         let joint_names: Vec<&str> =
             contents.topics.iter().flat_map(|topic| &topic.joints).map(String::as_str).collect();
+        check_names(file, contents, joint_names.is_empty())?;
         let question =
             format!("names in the messages, in the arm's order, of {}", joint_names.join(" "));
         draft.add_entry(SECTION_NAME, "joints", Guess::without_value(&question));
@@ -93,6 +94,20 @@ pub(super) fn propose(
     }
     draft.add_entry(SECTION_NAME, "effort.sign", sign);
     Ok(())
+}
+
+/// Refuses joint states of which none names a joint.
+fn check_names(
+    file: &Path,
+    contents: &BagContents,
+    is_nameless: bool,
+) -> Result<(), ProposalError> {
+    match contents.topics.first().filter(|_| is_nameless) {
+        Some(topic) => {
+            Err(ProposalError::NoJointNames { file: file.to_path_buf(), topic: topic.name.clone() })
+        }
+        None => Ok(()),
+    }
 }
 
 /// Proposes the clock of the samples. Also returns the rate by this clock \[messages/s\].

@@ -59,6 +59,16 @@ fn split_axis_section(section: &str) -> Option<(&str, &str)> {
     section.rsplit_once('.').filter(|(list, _)| AXIS_SECTIONS.contains(list))
 }
 
+/// Returns the key that answers a key of an axis for all axes: `bus.drives.position.sign` for
+/// `bus.drives.2.position.sign`.
+fn key_of_all_axes(key: &str) -> Option<String> {
+    AXIS_SECTIONS.iter().find_map(|list| {
+        let rest = key.strip_prefix(list)?.strip_prefix('.')?;
+        let (axis, name) = rest.split_once('.')?;
+        axis.parse::<usize>().ok().map(|_| format!("{list}.{name}"))
+    })
+}
+
 pub(super) struct Draft<'a> {
     answers: &'a Answers,
     asked_keys: BTreeSet<String>,
@@ -83,12 +93,24 @@ impl<'a> Draft<'a> {
         let (section, name) = (section.to_owned(), name.to_owned());
         let mut entry = Entry { section, name, value, origin: standing, explanation: why };
         self.asked_keys.insert(entry.key());
-        let answer = self.answers.get(&entry.key());
+        let key = entry.key();
+        let for_all = key_of_all_axes(&key);
+        self.asked_keys.extend(for_all.clone());
+        let answer = self.answers.get(&key).or_else(|| self.answers.get(&for_all?));
         if let Some(answer) = answer.filter(|answer| answer.trim_matches('"') != MISSING_VALUE) {
             let (value, standing) = (as_toml(answer), ValueOrigin::Configured);
             entry = Entry { value, origin: standing, explanation: String::new(), ..entry };
         }
         self.entries.push(entry);
+    }
+
+    /// Adds an entry for a key that is optional, if it is answered.
+    pub(super) fn add_optional_entry(&mut self, section: &str, name: &str) {
+        let key = format!("{section}.{name}");
+        self.asked_keys.insert(key.clone());
+        if self.answers.contains_key(&key) {
+            self.add_entry(section, name, Guess::without_value(""));
+        }
     }
 
     /// Adds a value that needs no entry.
@@ -156,6 +178,19 @@ impl<'a> Draft<'a> {
             _ => None,
         };
         self.answer(key)?.as_array()?.iter().map(text).collect()
+    }
+
+    /// Returns the numbers that are given for a key: one for all axes, or a list.
+    pub(super) fn answered_numbers(&self, key: &str, axes: usize) -> Option<Vec<f64>> {
+        let number = |value: &toml::Value| match value {
+            toml::Value::Float(number) => Some(*number),
+            toml::Value::Integer(number) => i32::try_from(*number).ok().map(f64::from),
+            _ => None,
+        };
+        match self.answer(key)? {
+            toml::Value::Array(values) => values.iter().map(number).collect(),
+            value => Some(vec![number(&value)?; axes]),
+        }
     }
 
     /// Returns the answer that is given for a key, if it is a list of texts.

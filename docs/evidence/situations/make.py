@@ -1598,8 +1598,7 @@ def seven():
 
 
 @logger("KUKA LBR iiwa, Sunrise DataRecorder", "`%` header, blanks, seconds and nanoseconds",
-        "urdf.drive_inertia=false", 'data.time.sec="ZeitInSec"', 'data.time.nanosec="ZeitInNanoSec"',
-        'data.position.column="axisQMsr_LBR_iiwa_7_R800_1[{index}]"')
+        "urdf.drive_inertia=false")
 def log_sunrise(attempt):
     chain, drives = seven()
     run = record(chain, drives, seconds=20.0, rate=200.0)
@@ -1692,7 +1691,7 @@ def log_twincat(attempt):
 
 
 @logger("MATLAB, `writetimetable`", "times as `0.004 sec`",
-        "urdf.drive_inertia=true", "data.rate_hz=250")
+        "urdf.drive_inertia=true")
 def log_matlab(attempt):
     run = record(arm(), rate=250.0)
     attempt.write("arm.urdf", urdf(arm()))
@@ -1705,7 +1704,7 @@ def log_matlab(attempt):
 
 
 @logger("Kinova Kortex, Python", "° from 0 to 360, continuous joints, the sign of the torques",
-        "urdf.drive_inertia=true", 'data.position.unit="deg"')
+        "urdf.drive_inertia=true")
 def log_kortex(attempt):
     run = record(arm(), rate=100.0)
     text = urdf(arm())
@@ -1726,17 +1725,18 @@ def log_kortex(attempt):
 RATED = [0.3, 0.3, 0.15, 0.05, 0.05, 0.03]
 GAINS = ["urdf.drive_inertia=true", "urdf.gear_ratios=[1, 1, 1, 1, 1, 1]",
          'bus.layout.torque.valid="instant"']
-for axis, share in enumerate(RATED, 1):
-    GAINS += [
-        f"bus.drives.{axis}.position.scale={{ counts_per_revolution = {2**22}.0 }}",
-        f"bus.drives.{axis}.position.sign=1",
-        f"bus.drives.{axis}.position.zero=0",
-        f'bus.drives.{axis}.position.provenance="encoder"',
-        f"bus.drives.{axis}.torque.scale={{ per_mille_of_rated_torque ="
-        f" {{ rated_torque_nm = {1000 * share} }} }}",
-        f"bus.drives.{axis}.torque.sign=1",
-        f'bus.drives.{axis}.torque.provenance="name plate"',
-    ]
+GAINS += [
+    f"bus.drives.position.scale={{ counts_per_revolution = {2**22}.0 }}",
+    "bus.drives.position.sign=1",
+    "bus.drives.position.zero=0",
+    'bus.drives.position.provenance="encoder"',
+    "bus.drives.torque.sign=1",
+    'bus.drives.torque.provenance="name plate"',
+] + [
+    f"bus.drives.{axis}.torque.scale={{ per_mille_of_rated_torque ="
+    f" {{ rated_torque_nm = {1000 * share} }} }}"
+    for axis, share in enumerate(RATED, 1)
+]
 
 
 def drive_frames(run):
@@ -1752,8 +1752,7 @@ def drive_frames(run):
             yield t + 1e-4 * (i + 8), 0x201 + i, struct.pack("<Hih", 0x000F, count, 0)
 
 
-@logger("candump, CANopen drives with an EDS", "SYNC and PDOs at 500 Hz", *GAINS,
-        *(f"bus.layout.nodes.{axis}.node_id={axis}" for axis in range(1, 7)))
+@logger("candump, CANopen drives with an EDS", "SYNC and PDOs at 500 Hz", *GAINS)
 def log_candump(attempt):
     run = record(arm(), rate=500.0, seconds=16.0)
     attempt.write("arm.urdf", urdf(arm()))
