@@ -29,10 +29,10 @@ pub(super) fn propose(
     if let Some(named) = draft.answered_texts("data.bag.joints") {
         (joints, is_published) = (named, false);
     }
+    check_names(file, contents)?;
     if !is_published {
         let joint_names: Vec<&str> =
             contents.topics.iter().flat_map(|topic| &topic.joints).map(String::as_str).collect();
-        check_names(file, contents, joint_names.is_empty())?;
         let question =
             format!("names in the messages, in the arm's order, of {}", joint_names.join(" "));
         draft.add_entry(SECTION_NAME, "joints", Guess::without_value(&question));
@@ -97,11 +97,8 @@ pub(super) fn propose(
 }
 
 /// Refuses joint states of which none names a joint.
-fn check_names(
-    file: &Path,
-    contents: &BagContents,
-    is_nameless: bool,
-) -> Result<(), ProposalError> {
+fn check_names(file: &Path, contents: &BagContents) -> Result<(), ProposalError> {
+    let is_nameless = contents.topics.iter().all(|topic| topic.joints.is_empty());
     match contents.topics.first().filter(|_| is_nameless) {
         Some(topic) => {
             Err(ProposalError::NoJointNames { file: file.to_path_buf(), topic: topic.name.clone() })

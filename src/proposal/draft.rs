@@ -62,11 +62,10 @@ fn split_axis_section(section: &str) -> Option<(&str, &str)> {
 /// Returns the key that answers a key of an axis for all axes: `bus.drives.position.sign` for
 /// `bus.drives.2.position.sign`.
 fn key_of_all_axes(key: &str) -> Option<String> {
-    AXIS_SECTIONS.iter().find_map(|list| {
-        let rest = key.strip_prefix(list)?.strip_prefix('.')?;
-        let (axis, name) = rest.split_once('.')?;
-        axis.parse::<usize>().ok().map(|_| format!("{list}.{name}"))
-    })
+    let (section, rest) =
+        AXIS_SECTIONS.iter().find_map(|list| Some((list, key.strip_prefix(list)?)))?;
+    let (axis, name) = rest.strip_prefix('.')?.split_once('.')?;
+    axis.parse::<usize>().ok().map(|_| format!("{section}.{name}"))
 }
 
 pub(super) struct Draft<'a> {
@@ -252,5 +251,33 @@ impl Proposal {
             let _ = writeln!(text, "{} = {}", entry.name, entry.value);
         }
         text
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_key_without_an_axis_answers_for_all_drives() {
+        let all = |key: &str| key_of_all_axes(key);
+        let sign = "bus.drives.position.sign".to_owned();
+        assert_eq!(all("bus.drives.2.position.sign"), Some(sign.clone()));
+        assert_eq!(all(&sign), None);
+        assert_eq!(all("data.position.unit"), None);
+        let answers = Answers::from([
+            (sign, "-1".to_owned()),
+            ("bus.drives.2.position.sign".to_owned(), "1".to_owned()),
+        ]);
+        let mut draft = Draft::new(&answers);
+        for axis in 1..=2 {
+            let section = format!("bus.drives.{axis}");
+            draft.add_entry(&section, "position.sign", Guess::without_value(""));
+        }
+        let signs: Vec<f64> = (1..=2)
+            .filter_map(|axis| draft.number(&format!("bus.drives.{axis}.position.sign")))
+            .collect();
+        assert_eq!(signs, [-1.0, 1.0]);
+        assert!(draft.finish().is_ok());
     }
 }

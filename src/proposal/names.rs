@@ -461,3 +461,23 @@ pub(super) fn counted_otherwise(columns: &[String], axes: usize) -> Vec<String> 
     });
     otherwise.map(|(pattern, count)| format!("`{pattern}` {count} times")).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_columns_of_a_data_recorder_are_known() {
+        assert_eq!(split_words("axisQMsr_LBR[0]"), ["axis", "q", "msr", "lbr"]);
+        let columns = ["ZeitInSec", "ZeitInNanoSec", "stamp_sec", "stamp_nanosec", "parsec"];
+        let columns = columns.map(str::to_owned);
+        let pairs = stamp_pairs(&columns);
+        assert_eq!(pairs, [[&columns[0], &columns[1]], [&columns[2], &columns[3]]]);
+        for (name, meaning) in [
+            ("axisQMsr_LBR[0]", ColumnMeaning::Position),
+            ("axisTauMsr_LBR[0]", ColumnMeaning::Torque),
+        ] {
+            assert_eq!(column_meaning(name), Some(meaning), "{name}");
+        }
+    }
+}

@@ -21,8 +21,8 @@ pub struct TimeLimits {
     /// Rows arrive in bursts if more than one in this number of distances is longer than that of a
     /// missing row \[1\]. Convention.
     pub burst_distances: usize,
-    /// Share of a recording by which time falls where another recording begins \[1\]. If it falls by
-    /// less, the clock was set. Convention.
+    /// Share of a recording by which time falls where another recording begins \[1\]. A clock that
+    /// was set falls by less. Convention.
     pub restart_share: f64,
     /// Fewest rows of a recording within a file, and of a record in which states that stand in
     /// several rows are looked for \[1\]. Convention.
