@@ -305,7 +305,15 @@ fn signals_of_no_message_are_passed_over() {
     assert_eq!(crate::common::compile(&dbc, crate::common::CIA402), cia402());
     // The identifier alone is none.
     let other = dbc.replace("VECTOR__INDEPENDENT_SIG_MSG", "Other");
-    assert!(matches!(refusal(&other, crate::common::CIA402), LayoutError::IdOutOfRange { .. }));
+    let refused = |text: &str| match refusal(text, crate::common::CIA402) {
+        LayoutError::IdOutOfRange { message, id, .. } => (message, id),
+        error => panic!("{error}"),
+    };
+    assert_eq!(refused(&other), ("Other".to_owned(), 0xC000_0000));
+    let unmarked = cia402_dbc().replacen("BO_ 385 ", "BO_ 419365249 ", 1);
+    assert_eq!(refused(&unmarked).1, 0x18FF_0181);
+    let said = refusal(&unmarked, crate::common::CIA402).to_string();
+    assert!(said.contains("2566848897"), "{said}");
 }
 
 #[test]

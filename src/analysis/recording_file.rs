@@ -51,19 +51,18 @@ pub fn recording_source(path: &Path, is_stream: bool, cell: &Cell) -> SignalSour
     let has_bus = cell.bus().is_ok();
     let is_text = is("csv") || path.to_string_lossy().to_lowercase().ends_with(".csv.gz");
     let is_table = is_text || is_parquet(path);
-    let is_log = match is_stream {
-        true => is_mcap(path) || Capture::is_one(path) || TextLog::is_one(path),
-        false => has_bus || ["log", "asc", "trc", "mcap", "pcap", "pcapng"].into_iter().any(is),
-    };
+    let is_log_by_content = || is_mcap(path) || Capture::is_one(path) || TextLog::is_one(path);
+    let is_log = (has_bus && !is_stream) || is_log_by_content();
     if is_table || !is_log { SignalSource::Table } else { SignalSource::Bus }
 }
 
-/// Reads a recording. The first bytes of a stream identify its format. The format of a file is:
+/// Reads a recording. The first bytes identify its format, not the name. The format of a file is:
 ///
 /// - A name that ends in `.csv` or `.csv.gz`, or a Parquet file: a table.
 /// - A folder, an MCAP or SQLite file: a ROS 2 bag, if the cell asks for one.
-/// - Anything else: a log (candump, ASC, TRC), an MCAP recording or an EtherCAT capture. Without a
-///   bus it may also be a table.
+/// - A log (candump, ASC, TRC), an MCAP recording or an EtherCAT capture, by its first bytes. With
+///   a bus, anything else as well.
+/// - Anything else: a table.
 ///
 /// `sample_rate_hz` is the rate of a table without a time column. `interfaces` are those of a log
 /// whose frames count; if empty, those of the cell's bus.

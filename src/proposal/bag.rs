@@ -29,6 +29,7 @@ pub(super) fn propose(
     if let Some(named) = draft.answered_texts("data.bag.joints") {
         (joints, is_published) = (named, false);
     }
+    check_names(file, contents)?;
     if !is_published {
         let joint_names: Vec<&str> =
             contents.topics.iter().flat_map(|topic| &topic.joints).map(String::as_str).collect();
@@ -93,6 +94,17 @@ pub(super) fn propose(
     }
     draft.add_entry(SECTION_NAME, "effort.sign", sign);
     Ok(())
+}
+
+/// Refuses joint states of which none names a joint.
+fn check_names(file: &Path, contents: &BagContents) -> Result<(), ProposalError> {
+    let is_nameless = contents.topics.iter().all(|topic| topic.joints.is_empty());
+    match contents.topics.first().filter(|_| is_nameless) {
+        Some(topic) => {
+            Err(ProposalError::NoJointNames { file: file.to_path_buf(), topic: topic.name.clone() })
+        }
+        None => Ok(()),
+    }
 }
 
 /// Proposes the clock of the samples. Also returns the rate by this clock \[messages/s\].

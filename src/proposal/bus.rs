@@ -1,10 +1,11 @@
 //! Parts of a proposed cell that are common to all buses: the interface, the rate, the gains of the
 //! drives and the windows.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 use std::time::Duration;
 
-use didim_drivers::frame::FrameId;
+use didim_drivers::frame::{Frame, FrameId};
 use didim_drivers::source::Received;
 use didim_formats::mean_rate_hz;
 
@@ -18,6 +19,11 @@ use crate::live::recording::open_log;
 /// Number of stamps of a log that determine its rate.
 const RATE_STAMPS: usize = 20_000;
 const BATCH_FRAMES: usize = 4096;
+/// Number of frames of a log in which nodes are looked for.
+const NODE_FRAMES: usize = 100_000;
+/// Identifiers of the first TPDO of nodes 1 and 127 (CiA 301).
+const FIRST_TPDO: u16 = 0x181;
+const LAST_TPDO: u16 = 0x1FF;
 /// Question about the time at which a torque is valid, if it is unknown whether the torque was
 /// measured.
 pub(super) const VALIDITY_QUESTION: &str = "\"instant\" if it is measured; { held = { hold_us = …, \
@@ -112,20 +118,43 @@ pub(super) fn rate(rate_hz: Option<f64>) -> Guess {
     }
 }
 
-/// Returns the rate of the frames in a log that mark a sample.
-pub(super) fn rate_hz(log: &Path, marks: FrameId) -> Result<Option<f64>, ProposalError> {
+/// Passes the frames of a log to `take` in batches, until it returns false.
+fn read_frames(log: &Path, mut take: impl FnMut(&[Frame]) -> bool) -> Result<(), ProposalError> {
     let wrong = |source| ProposalError::Log { source: Box::new(source) };
     let mut source = open_log(log, None, &[]).map_err(wrong)?;
     let mut batch = Vec::with_capacity(BATCH_FRAMES);
-    let mut stamps: Vec<u64> = Vec::new();
-    while stamps.len() < RATE_STAMPS {
+    loop {
         batch.clear();
         let received = source.receive(&mut batch, Duration::ZERO).map_err(wrong)?;
-        stamps.extend(batch.iter().filter(|frame| frame.id == marks).map(|frame| frame.stamp_ns));
-        if received == Received::End {
-            break;
+        if !take(&batch) || received == Received::End {
+            return Ok(());
         }
     }
+}
+
+/// Returns the numbers of the CANopen nodes that send process data in a log (CiA 301: the first
+/// TPDO has the identifier 180h + node), in ascending order.
+pub(super) fn sending_nodes(log: &Path) -> Result<Vec<u16>, ProposalError> {
+    let mut nodes = BTreeSet::new();
+    let mut count = 0;
+    read_frames(log, |frames| {
+        count += frames.len();
+        nodes.extend(frames.iter().filter_map(|frame| match frame.id {
+            FrameId::Standard(id @ FIRST_TPDO..=LAST_TPDO) => Some(id - FIRST_TPDO + 1),
+            _ => None,
+        }));
+        count < NODE_FRAMES
+    })?;
+    Ok(nodes.into_iter().collect())
+}
+
+/// Returns the rate of the frames in a log that mark a sample.
+pub(super) fn rate_hz(log: &Path, marks: FrameId) -> Result<Option<f64>, ProposalError> {
+    let mut stamps: Vec<u64> = Vec::new();
+    read_frames(log, |frames| {
+        stamps.extend(frames.iter().filter(|frame| frame.id == marks).map(|frame| frame.stamp_ns));
+        stamps.len() < RATE_STAMPS
+    })?;
     let first_ns = stamps.first().copied().unwrap_or_default();
     #[expect(clippy::cast_precision_loss, reason = "times after the first")]
     let seconds = |stamp_ns: &u64| stamp_ns.saturating_sub(first_ns) as f64 * 1e-9;

@@ -59,6 +59,15 @@ fn split_axis_section(section: &str) -> Option<(&str, &str)> {
     section.rsplit_once('.').filter(|(list, _)| AXIS_SECTIONS.contains(list))
 }
 
+/// Returns the key that answers a key of an axis for all axes: `bus.drives.position.sign` for
+/// `bus.drives.2.position.sign`.
+fn key_of_all_axes(key: &str) -> Option<String> {
+    let (section, rest) =
+        AXIS_SECTIONS.iter().find_map(|list| Some((list, key.strip_prefix(list)?)))?;
+    let (axis, name) = rest.strip_prefix('.')?.split_once('.')?;
+    axis.parse::<usize>().ok().map(|_| format!("{section}.{name}"))
+}
+
 pub(super) struct Draft<'a> {
     answers: &'a Answers,
     asked_keys: BTreeSet<String>,
@@ -83,12 +92,24 @@ impl<'a> Draft<'a> {
         let (section, name) = (section.to_owned(), name.to_owned());
         let mut entry = Entry { section, name, value, origin: standing, explanation: why };
         self.asked_keys.insert(entry.key());
-        let answer = self.answers.get(&entry.key());
+        let key = entry.key();
+        let for_all = key_of_all_axes(&key);
+        self.asked_keys.extend(for_all.clone());
+        let answer = self.answers.get(&key).or_else(|| self.answers.get(&for_all?));
         if let Some(answer) = answer.filter(|answer| answer.trim_matches('"') != MISSING_VALUE) {
             let (value, standing) = (as_toml(answer), ValueOrigin::Configured);
             entry = Entry { value, origin: standing, explanation: String::new(), ..entry };
         }
         self.entries.push(entry);
+    }
+
+    /// Adds an entry for a key that is optional, if it is answered.
+    pub(super) fn add_optional_entry(&mut self, section: &str, name: &str) {
+        let key = format!("{section}.{name}");
+        self.asked_keys.insert(key.clone());
+        if self.answers.contains_key(&key) {
+            self.add_entry(section, name, Guess::without_value(""));
+        }
     }
 
     /// Adds a value that needs no entry.
@@ -158,6 +179,19 @@ impl<'a> Draft<'a> {
         self.answer(key)?.as_array()?.iter().map(text).collect()
     }
 
+    /// Returns the numbers that are given for a key: one for all axes, or a list.
+    pub(super) fn answered_numbers(&self, key: &str, axes: usize) -> Option<Vec<f64>> {
+        let number = |value: &toml::Value| match value {
+            toml::Value::Float(number) => Some(*number),
+            toml::Value::Integer(number) => i32::try_from(*number).ok().map(f64::from),
+            _ => None,
+        };
+        match self.answer(key)? {
+            toml::Value::Array(values) => values.iter().map(number).collect(),
+            value => Some(vec![number(&value)?; axes]),
+        }
+    }
+
     /// Returns the answer that is given for a key, if it is a list of texts.
     pub(super) fn answered_texts(&self, key: &str) -> Option<Vec<String>> {
         self.answer(key)?.as_array().map(|values| text_list(values))
@@ -217,5 +251,33 @@ impl Proposal {
             let _ = writeln!(text, "{} = {}", entry.name, entry.value);
         }
         text
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_key_without_an_axis_answers_for_all_drives() {
+        let all = |key: &str| key_of_all_axes(key);
+        let sign = "bus.drives.position.sign".to_owned();
+        assert_eq!(all("bus.drives.2.position.sign"), Some(sign.clone()));
+        assert_eq!(all(&sign), None);
+        assert_eq!(all("data.position.unit"), None);
+        let answers = Answers::from([
+            (sign, "-1".to_owned()),
+            ("bus.drives.2.position.sign".to_owned(), "1".to_owned()),
+        ]);
+        let mut draft = Draft::new(&answers);
+        for axis in 1..=2 {
+            let section = format!("bus.drives.{axis}");
+            draft.add_entry(&section, "position.sign", Guess::without_value(""));
+        }
+        let signs: Vec<f64> = (1..=2)
+            .filter_map(|axis| draft.number(&format!("bus.drives.{axis}.position.sign")))
+            .collect();
+        assert_eq!(signs, [-1.0, 1.0]);
+        assert!(draft.finish().is_ok());
     }
 }

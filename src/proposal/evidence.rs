@@ -54,7 +54,8 @@ pub enum ProposalError {
     },
     /// The times of the table are not in ascending order.
     #[error(
-        "{}: time goes back in row {row} of `{column}`; sort the rows, or record them again",
+        "{}: time goes back in row {row} of `{column}`: rows of two recordings alternate, or rows \
+        are out of order. Record one source alone; sort rows of one recording only",
         file.display()
     )]
     Backwards {
@@ -64,6 +65,19 @@ pub enum ProposalError {
         column: String,
         /// Number of the row, from 1.
         row: usize,
+    },
+    /// The joint states have no names of joints.
+    #[error(
+        "{}: the messages on {topic} have no names of joints (`name` is empty), so positions and \
+        efforts cannot be assigned. Let the driver fill `name`, or write the signals as a table \
+        (CSV)",
+        file.display()
+    )]
+    NoJointNames {
+        /// The bag.
+        file: PathBuf,
+        /// The topic.
+        topic: String,
     },
     /// The file is not a DBC file.
     #[error("{}: {source}", file.display())]

@@ -81,6 +81,12 @@ pub(super) fn split_words(name: &str) -> Vec<String> {
     let mut before = ' ';
     for c in name.chars() {
         let begins = c.is_uppercase() && before.is_lowercase();
+        // Two words in capitals: `QMsr` is `Q` and `Msr`.
+        let ends_capitals = c.is_lowercase() && before.is_uppercase();
+        let capitals = words.last_mut().filter(|word| ends_capitals && word.len() > 1);
+        if let Some(last) = capitals.and_then(String::pop) {
+            words.push(last.into());
+        }
         if !c.is_alphabetic() || begins {
             words.push(String::new());
         }
@@ -171,9 +177,17 @@ const STAMP_PARTS: [&[&str]; 2] =
 /// word.
 pub(super) fn stamp_pairs(columns: &[String]) -> Vec<[&String; 2]> {
     let stem = |name: &'_ String, part: usize| -> Option<String> {
-        let digits_at = name.rfind(|c: char| !c.is_alphabetic()).map_or(0, |at| at + 1);
-        let (stem, last) = name.split_at_checked(digits_at)?;
-        STAMP_PARTS[part].contains(&last.to_lowercase().as_str()).then(|| stem.to_owned())
+        let parts_of_word = STAMP_PARTS[part].iter().filter_map(|word| {
+            // The word begins after a character that is no letter, or with a capital.
+            let at = name.len().checked_sub(word.len())?;
+            let (stem, last) = name.split_at_checked(at)?;
+            let begins =
+                !stem.ends_with(char::is_alphabetic) || last.starts_with(char::is_uppercase);
+            (begins && last.eq_ignore_ascii_case(word)).then(|| stem.to_owned())
+        });
+        // `NanoSec` ends with `Sec`; the longer word counts.
+        let stem = parts_of_word.min_by_key(String::len)?;
+        (part == 1 || !stem.to_lowercase().ends_with("nano")).then_some(stem)
     };
     let mut pairs = Vec::new();
     for sec in columns {
@@ -296,7 +310,30 @@ pub(super) fn column_groups(
             groups.push(ColumnGroup::Named(names));
         }
     }
-    groups
+    without_other_arms(groups, joints)
+}
+
+/// Removes numbered groups of a quantity that has columns named after the joints: `right_joint_1`
+/// next to `left_joint_1` of this arm.
+fn without_other_arms(groups: Vec<ColumnGroup>, joints: &[String]) -> Vec<ColumnGroup> {
+    let is_of_arm = |group: &ColumnGroup| match group {
+        ColumnGroup::Numbered(pattern) => joints
+            .iter()
+            .enumerate()
+            .all(|(axis, joint)| axis_name(pattern, axis).contains(joint.as_str())),
+        _ => true,
+    };
+    let is_named = |group: &ColumnGroup| match group {
+        ColumnGroup::Numbered(_) => is_of_arm(group),
+        ColumnGroup::Named(names) => names.iter().zip(joints).all(|(name, of)| name.contains(of)),
+        ColumnGroup::ByNumber(..) => false,
+    };
+    let meaning = |group: &ColumnGroup| column_meaning(group.name());
+    let named: Vec<_> = groups.iter().filter(|group| is_named(group)).filter_map(meaning).collect();
+    let is_kept = |group: &ColumnGroup| {
+        is_of_arm(group) || meaning(group).is_none_or(|meaning| !named.contains(&meaning))
+    };
+    groups.into_iter().filter(is_kept).collect()
 }
 
 /// Returns the groups of columns that all have one name.
@@ -423,4 +460,24 @@ pub(super) fn counted_otherwise(columns: &[String], axes: usize) -> Vec<String> 
         *count > 1 && *count != axes && column_meaning(pattern).is_some()
     });
     otherwise.map(|(pattern, count)| format!("`{pattern}` {count} times")).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_columns_of_a_data_recorder_are_known() {
+        assert_eq!(split_words("axisQMsr_LBR[0]"), ["axis", "q", "msr", "lbr"]);
+        let columns = ["ZeitInSec", "ZeitInNanoSec", "stamp_sec", "stamp_nanosec", "parsec"];
+        let columns = columns.map(str::to_owned);
+        let pairs = stamp_pairs(&columns);
+        assert_eq!(pairs, [[&columns[0], &columns[1]], [&columns[2], &columns[3]]]);
+        for (name, meaning) in [
+            ("axisQMsr_LBR[0]", ColumnMeaning::Position),
+            ("axisTauMsr_LBR[0]", ColumnMeaning::Torque),
+        ] {
+            assert_eq!(column_meaning(name), Some(meaning), "{name}");
+        }
+    }
 }

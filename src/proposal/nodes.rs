@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 
 use didim_drivers::layout::DeviceContents;
 
-use super::bus::{VALIDITY_QUESTION, drives, propose_bus_and_windows, rate, rate_hz};
+use super::bus::{
+    VALIDITY_QUESTION, drives, propose_bus_and_windows, rate, rate_hz, sending_nodes,
+};
 use super::draft::Draft;
 use super::evidence::{Evidence, ProposalError, is_dcf, relative_to_cell};
 use super::value::{Guess, quote_text};
@@ -40,6 +42,9 @@ pub(super) fn propose(
         _ => None,
     };
     draft.add_entry(LAYOUT_SECTION, "rate_hz", rate(rate_hz));
+    let nodes = evidence.log.as_deref().map_or(Ok(Vec::new()), sending_nodes)?;
+    // Their order is that of the axes only as a rule.
+    let nodes = Some(nodes).filter(|nodes| nodes.len() == axes);
     let mut of_axis = BTreeMap::new();
     for (axis, (file, contents)) in (1..=axes).zip(files.iter().cycle()) {
         let number = match contents.node_id {
@@ -50,9 +55,15 @@ pub(super) fn propose(
                     {node_id}, as that of axis {other}"
                 )),
             },
-            None => Guess::without_value(&format!(
-                "the number of axis {axis}'s drive on the bus, 1 to 127"
-            )),
+            None => match nodes.as_ref().and_then(|nodes| nodes.get(axis - 1)) {
+                Some(node) => Guess::assumed(
+                    node.to_string(),
+                    "the log has as many nodes as the arm has joints; in their order",
+                ),
+                None => Guess::without_value(&format!(
+                    "the number of axis {axis}'s drive on the bus, 1 to 127"
+                )),
+            },
         };
         propose_node(draft, axis, file, number, out);
     }

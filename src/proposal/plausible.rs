@@ -80,6 +80,17 @@ impl SignalSurvey<'_> {
             .count()
     }
 
+    /// Returns true if positions jump by 360 and stay within: angles in degrees that wrap.
+    fn has_full_degrees(&self) -> bool {
+        let degrees = TAU.to_degrees();
+        let turn_share = ProposalLimits::DEFAULT.turn_share;
+        let mut values = self.position.iter().flatten();
+        let mut steps = (self.position.iter())
+            .flat_map(|values| values.windows(2).map(|pair| (pair[1] - pair[0]).abs()));
+        values.all(|value| value.abs() <= degrees)
+            && steps.any(|step| (step / degrees - 1.0).abs() < turn_share)
+    }
+
     /// Proposes rad or deg, or m or mm, from the limits of the joints.
     pub(super) fn position_unit(&self) -> Guess {
         if self.kinds().any(|kind| kind == JointKind::Prismatic) {
@@ -87,6 +98,10 @@ impl SignalSurvey<'_> {
         }
         if let Some(guess) = self.unit_by_limits_in_degrees() {
             return guess;
+        }
+        if self.has_full_degrees() {
+            let why = "the positions jump by 360, and none is beyond";
+            return Guess::assumed(self.units(["deg", "mm"]), why);
         }
         let si = self.within_limits(1.0, 1.0);
         let scaled = self.within_limits(1f64.to_radians(), 1e-3);

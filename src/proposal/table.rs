@@ -100,7 +100,7 @@ impl TableProposal<'_> {
         let groups = column_groups(self.names, axes, &self.joints);
         let choice = self.choose_signals(draft, &groups);
         let signals = match (&choice.position, &choice.torque) {
-            (Ok(position), Ok(torque)) => Some(self.columns_of(position, torque)),
+            (Ok(position), Ok(torque)) => Some(self.columns_of(draft, position, torque)),
             _ => None,
         };
         let rows = TableRows { file: self.file, names: self.names, signals: signals.as_ref() };
@@ -113,20 +113,26 @@ impl TableProposal<'_> {
     }
 
     /// Returns the columns of positions and torques in their own units.
-    fn columns_of(&self, position: &ColumnGroup, torque: &ColumnGroup) -> Columns {
+    fn columns_of(
+        &self,
+        draft: &Draft<'_>,
+        position: &ColumnGroup,
+        torque: &ColumnGroup,
+    ) -> Columns {
         let axes = self.robot.joints();
-        let columns_of = |group: &ColumnGroup| AxisColumns {
+        let zeros = draft.answered_numbers("data.position.zero", axes).unwrap_or_default();
+        let columns_of = |group: &ColumnGroup, zeros: Vec<f64>| AxisColumns {
             names: group.names(),
             scales: vec![1.0; axes],
-            zeros: Vec::new(),
+            zeros,
             wraps: Vec::new(),
         };
         Columns {
             side: Side::Joint,
             axes,
             time: None,
-            position: columns_of(position),
-            torque: columns_of(torque),
+            position: columns_of(position, zeros),
+            torque: columns_of(torque, Vec::new()),
             reference: None,
         }
     }
@@ -209,6 +215,10 @@ impl TableProposal<'_> {
         if has_turns {
             let why = "positions jump by a turn";
             draft.add_entry(SECTION_NAME, "position.wraps", Guess::assumed("true".into(), why));
+        }
+        let optional = ["position.zero", "position.wraps", "position.factor", "position.sign"];
+        for name in optional.into_iter().filter(|name| !has_turns || !name.ends_with("wraps")) {
+            draft.add_optional_entry(SECTION_NAME, name);
         }
         put_columns(draft, "torque", &torque, groups);
         let is_current = torque

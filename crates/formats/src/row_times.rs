@@ -63,13 +63,23 @@ pub(crate) fn line_through(times_s: &[f64]) -> (f64, f64) {
     (mean_s - middle * period_s, period_s)
 }
 
+/// Parts of a file after the first one.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct JoinedParts {
+    /// Number of other recordings.
+    pub(crate) recordings: usize,
+    /// Number of steps back of the clock within a recording.
+    pub(crate) clock_steps: usize,
+}
+
 /// Shifts recordings that stand one after another, so that time never goes back between them.
 /// `begins` are rows at which a recording is known to begin; others begin where time falls by a
-/// large share of the recording before. Returns their number after the first.
+/// large share of the recording before. Where time falls by less, the clock was set.
 ///
 /// # Errors
-/// The first row, from 0, at which time goes back within a recording.
-pub(crate) fn join_recordings(times_s: &mut [f64], begins: &[usize]) -> Result<usize, usize> {
+/// The first row, from 0, at which time goes back without many rows before and after it: rows that
+/// are out of order, or two recordings with alternating rows.
+pub(crate) fn join_recordings(times_s: &mut [f64], begins: &[usize]) -> Result<JoinedParts, usize> {
     let limits = TimeLimits::DEFAULT;
     let falls = (1..times_s.len()).filter(|row| times_s[*row] < times_s[*row - 1]);
     let mut parts: Vec<usize> =
@@ -77,35 +87,43 @@ pub(crate) fn join_recordings(times_s: &mut [f64], begins: &[usize]) -> Result<u
     parts.sort_unstable();
     parts.dedup();
     if parts.len() == 1 {
-        return Ok(0);
+        return Ok(JoinedParts::default());
     }
     let ends = parts[1..].iter().copied().chain([times_s.len()]);
     let is_short = |begin: &usize, end: usize| end - begin < limits.recording_rows;
     let short: Vec<bool> =
         parts.iter().zip(ends).map(|(begin, end)| is_short(begin, end)).collect();
+    let mut steps: Vec<f64> = times_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    steps.sort_unstable_by(f64::total_cmp);
+    let period_s = steps.get(steps.len() / 2).copied().unwrap_or_default();
+    let pause_s = limits.restart_periods * period_s;
+    let mut joined = JoinedParts::default();
     for (part, row) in parts.iter().enumerate().skip(1) {
         let lasts_s = times_s[*row - 1] - times_s[parts[part - 1]];
         let falls_s = times_s[*row - 1] - times_s[*row];
         let begins_again = falls_s >= limits.restart_share * lasts_s;
         let is_known = begins.contains(row) || falls_s <= 0.0;
-        if !is_known && (!begins_again || short[part - 1] || short[part]) {
+        // Rows that are out of order fall by less.
+        let is_step = begins_again || falls_s > limits.gap_periods * period_s;
+        if !is_known && (!is_step || short[part - 1] || short[part]) {
             return Err(*row);
         }
+        match is_known || begins_again {
+            true => joined.recordings += 1,
+            false => joined.clock_steps += 1,
+        }
     }
-    let mut steps: Vec<f64> = times_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    steps.sort_unstable_by(f64::total_cmp);
-    let pause_s = limits.restart_periods * steps.get(steps.len() / 2).copied().unwrap_or_default();
     for row in &parts[1..] {
         let shift_s = times_s[*row - 1] + pause_s - times_s[*row];
         if shift_s > 0.0 {
             times_s[*row..].iter_mut().for_each(|time| *time += shift_s);
         }
     }
-    Ok(parts.len() - 1)
+    Ok(joined)
 }
 
 /// Returns the row, from 1, at which the times of a table go back, if they do. Recordings one after
-/// another do not count, and are joined.
+/// another and steps of the clock do not count, and are joined.
 pub fn join_times(times_s: &mut [f64]) -> Option<usize> {
     join_recordings(times_s, &[]).err().map(|row| row + 1)
 }
@@ -183,14 +201,20 @@ mod tests {
     }
 
     #[test]
-    fn recordings_one_after_another_are_joined_and_a_clock_that_steps_back_is_not() {
+    fn recordings_one_after_another_and_parts_around_a_clock_step_are_joined() {
         let ramp = || (0..300).map(|row| f64::from(row) * 0.01);
         let mut twice: Vec<f64> = ramp().chain(ramp()).collect();
-        assert_eq!(join_recordings(&mut twice, &[]), Ok(1));
+        let recordings = |recordings| Ok(JoinedParts { recordings, clock_steps: 0 });
+        assert_eq!(join_recordings(&mut twice, &[]), recordings(1));
         assert!((twice[300] - twice[299] - 0.1).abs() < 1e-9 && twice.is_sorted());
         let mut marked: Vec<f64> = (0..600).map(|row| f64::from(row) * 0.01).collect();
-        assert_eq!(join_recordings(&mut marked, &[300]), Ok(1));
+        assert_eq!(join_recordings(&mut marked, &[300]), recordings(1));
         assert!((marked[300] - marked[299] - 0.1).abs() < 1e-9);
+        let set_back = ramp().map(|time_s| if time_s < 1.5 { time_s } else { time_s - 0.5 });
+        let mut set_back: Vec<f64> = set_back.collect();
+        let steps = JoinedParts { recordings: 0, clock_steps: 1 };
+        assert_eq!(join_recordings(&mut set_back, &[]), Ok(steps));
+        assert!((set_back[150] - set_back[149] - 0.1).abs() < 1e-9 && set_back.is_sorted());
         let mut swapped: Vec<f64> = ramp().collect();
         swapped.swap(150, 151);
         assert_eq!(join_times(&mut swapped), Some(152));

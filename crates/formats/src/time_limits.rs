@@ -21,8 +21,8 @@ pub struct TimeLimits {
     /// Rows arrive in bursts if more than one in this number of distances is longer than that of a
     /// missing row \[1\]. Convention.
     pub burst_distances: usize,
-    /// Share of a recording by which time falls where another recording begins \[1\]. Convention: a
-    /// clock that is set changes by less.
+    /// Share of a recording by which time falls where another recording begins \[1\]. A clock that
+    /// was set falls by less. Convention.
     pub restart_share: f64,
     /// Fewest rows of a recording within a file, and of a record in which states that stand in
     /// several rows are looked for \[1\]. Convention.
@@ -47,6 +47,9 @@ pub struct TimeLimits {
     /// Share of the messages with such jumps from which a second publisher is assumed \[1\].
     /// Convention.
     pub alternating_share: f64,
+    /// A second publisher is assumed if one in this number of messages, and at least this number,
+    /// differs from the one before in having no effort \[1\]. Convention.
+    pub alternating_messages: usize,
     /// Span of the recorded positions from which jumps count \[rad or m\]. Derived: an encoder of
     /// 10 bits flickers by 6e-3 rad at rest.
     pub alternating_motion: f64,
@@ -69,6 +72,7 @@ impl TimeLimits {
         jump_share: 0.05,
         alternating_return_share: 0.1,
         alternating_share: 0.1,
+        alternating_messages: 10,
         alternating_motion: 1e-2,
     };
 }

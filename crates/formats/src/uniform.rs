@@ -24,7 +24,7 @@ pub enum TimesError {
     /// Time goes back.
     #[error(
         "time goes back at {time_s:.3} s after the first (row {row}): two publishers of the same \
-        joints, or a clock that was set; record one of them"
+        joints, or rows out of order. Record one of them alone; sort rows of one recording only"
     )]
     Backwards {
         /// Time after the first row \[s\].
@@ -74,6 +74,8 @@ pub struct Resampled {
     pub interpolated_rows: usize,
     /// Number of recordings after the first one in the same file.
     pub appended_recordings: usize,
+    /// Number of steps back of the clock within a recording.
+    pub clock_steps: usize,
     /// Number of rows of each state, of which one is kept; 0 if all rows are kept.
     pub rows_per_state: usize,
     /// Step of times that are coarser than the rows \[s\], which are then taken as uniform; 0 for
@@ -84,9 +86,10 @@ pub struct Resampled {
 impl Resampled {
     /// True if all rows were on the grid.
     pub fn is_nothing(&self) -> bool {
-        let Self { appended_recordings, rows_per_state, coarse_step_s, .. } = *self;
+        let Self { appended_recordings, clock_steps, rows_per_state, coarse_step_s, .. } = *self;
         !self.is_resampled()
             && appended_recordings == 0
+            && clock_steps == 0
             && rows_per_state == 0
             && coarse_step_s == 0.0
     }
@@ -120,6 +123,13 @@ impl fmt::Display for Resampled {
             texts.push(format!(
                 "the file has {} recordings one after another; each is a piece of its own",
                 self.appended_recordings + 1
+            ));
+        }
+        if self.clock_steps > 0 {
+            texts.push(format!(
+                "the clock goes back {} times within the recording, as when it is set; the parts \
+                before and after are pieces of their own",
+                self.clock_steps
             ));
         }
         if self.rows_per_state > 0 {

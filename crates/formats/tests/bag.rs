@@ -3,7 +3,9 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use didim_formats::{BagSpec, BagTime, Piece, Record, RecordingStart, Side, list_bag, read_bag};
+use didim_formats::{
+    BagError, BagSpec, BagTime, Piece, Record, RecordingStart, Side, list_bag, read_bag,
+};
 
 use crate::bag_writer::{Bag, State};
 
@@ -217,6 +219,15 @@ fn two_publishers_of_the_same_joints_are_reported_and_refused() {
         assert!(said.contains("joint a on /joint_states jumps to and fro in "), "{said}");
         assert!(said.contains("Record with one of them alone, or name the `topic`"), "{said}");
     }
+    // One of them sends no efforts. Its messages are the cause, whatever the rate.
+    published(&path, |_, t| vec![(0, state(t), vec![1.0; 2]), (1_000_000, [0.0; 2], vec![])]);
+    for rate_hz in [100.0, 1.0] {
+        let spec = BagSpec { rate_hz, ..spec(&["a", "b"]) };
+        match read_bag(&path, &spec) {
+            Err(BagError::AlternatingEfforts { without_effort: 400, messages: 800, .. }) => {}
+            other => panic!("{other:?}"),
+        }
+    }
     // The same state by two, whose stamps do not keep their order.
     published(&path, |_, t| {
         vec![(5_000_000, state(t + 0.005), vec![1.0; 2]), (0, state(t), vec![1.0; 2])]
@@ -262,4 +273,17 @@ fn angles_that_wrap_at_a_turn_are_unwrapped() {
     });
     assert!(largest_step(&unwrapped) < 0.08 && largest_step(&raw) > 3.0);
     assert!((unwrapped.last().unwrap() - angle(3.99)).abs() < 0.1, "{unwrapped:?}");
+}
+
+#[test]
+fn a_compressed_file_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let compressed = folder.path().join("run_0.db3.zstd");
+    fs::write(&compressed, b"\x28\xb5\x2f\xfd rest").unwrap();
+    for path in [compressed.as_path(), folder.path()] {
+        match read_bag(path, &spec(&["a"])) {
+            Err(BagError::Container { file, .. }) => assert_eq!(file, compressed),
+            other => panic!("{other:?}"),
+        }
+    }
 }

@@ -231,7 +231,7 @@ fn what_is_no_arm_is_refused_with_what_to_do() {
         (two_links("", "<mimic joint=\"shoulder\"/>"), "joint `elbow` follows `shoulder`"),
         (
             arm_text.replace("<axis xyz=\"0 1 0\"/>", "<axis xyz=\"0 0 0\"/>"),
-            "`0 0 0` of `xyz` is not a direction",
+            "joint `elbow` has the axis `0 0 0`, which is no direction",
         ),
         (arm_text.replace("0.5 0 0", "0.5 0"), "`0.5 0` of `xyz` is not three numbers"),
         (
@@ -293,8 +293,8 @@ fn bodies_that_cannot_be_are_noted_and_there_are_no_nominal_values() {
     // A joint without an end, one outside the chain, axes that are nearly parallel.
     let turning = arm_text.replacen("type=\"revolute\"", "type=\"continuous\"", 1);
     assert!(notes_of(&turning).1[0].contains("turns without end"));
-    let nearly = arm_text.replace("<axis xyz=\"0 1 0\"/>", "<axis xyz=\"0 3e-9 1\"/>");
-    assert!(notes_of(&nearly).1[0].contains("3.0e-9 rad from parallel"));
+    let nearly = arm_text.replace("<axis xyz=\"0 1 0\"/>", "<axis xyz=\"0 3e-5 1\"/>");
+    assert!(notes_of(&nearly).1[0].contains("3.0e-5 rad from parallel"));
 }
 
 /// 3.1416 is half a turn. Taken at its word, axes that should be parallel would meet kilometres
@@ -547,4 +547,72 @@ fn friction_of_a_urdf_is_nominal() {
     assert_eq!(nominal.value("fv1"), None);
     let robot = Robot::from_toml(&arm.to_toml(&links_alone(2))).unwrap();
     assert_eq!(robot.nominal().unwrap().value("fv2"), None);
+}
+
+/// Values that an exporter wrote and nobody meant are named with their joint or link.
+#[test]
+fn values_of_exporters_are_named() {
+    let two = two_links("", "");
+    let notes = |text: &str| UrdfArm::read(text, None, None).unwrap().notes().to_vec();
+    assert_eq!(notes(&two), []);
+    // A range from 0 to 0 is unknown, and the cell may give it.
+    let limit = "<limit lower=\"-1\" upper=\"1\" velocity=\"2\" effort=\"50\"/>";
+    let zero = "<limit lower=\"0\" upper=\"0\" velocity=\"2\" effort=\"50\"/>";
+    let joint = || "shoulder".to_owned();
+    let open = two.replacen(limit, zero, 1);
+    assert_eq!(notes(&open), [UrdfNote::OpenRange { joint: joint() }]);
+    let mut drives = links_alone(2);
+    let keys = [("position_min_deg", "-90.0"), ("position_max_deg", "90.0")];
+    let keys = keys.map(|(key, value)| (key.to_owned(), value.to_owned()));
+    drives.joints.insert(joint(), keys.into());
+    let arm = UrdfArm::read(&open, None, None).unwrap();
+    let robot = Robot::from_toml(&arm.to_toml(&drives)).unwrap();
+    let least = robot.limits().next().unwrap().position_min;
+    assert!((least + core::f64::consts::FRAC_PI_2).abs() < 1e-12, "{least}");
+    // A prismatic joint has no usual range.
+    let slides = open.replacen("revolute", "prismatic", 1);
+    assert!(matches!(UrdfArm::read(&slides, None, None), Err(UrdfError::Limit { .. })));
+    // Degrees are whole numbers that no angle in radians is.
+    let degrees = two.replacen(limit, &limit.replace('1', "170"), 1);
+    let range = [-170.0, 170.0];
+    assert_eq!(notes(&degrees), [UrdfNote::LimitsInDegrees { joint: joint(), range }]);
+    assert_eq!(notes(&two.replacen(limit, &limit.replace('1', "10"), 1)), []);
+    let rotated = |angle: &str| {
+        let rpy = format!("xyz=\"0.5 0 0\" rpy=\"0 {angle} 0\"");
+        UrdfArm::read(&two.replace("xyz=\"0.5 0 0\"", &rpy), None, None)
+    };
+    for angle in ["90", "-45.0", "180"] {
+        match rotated(angle) {
+            Err(UrdfError::Degrees { joint, text, line: 6 }) => {
+                assert_eq!((joint.as_str(), text.as_str()), ("elbow", angle));
+            }
+            other => panic!("{angle}: {other:?}"),
+        }
+    }
+    for angle in ["3", "-6.283185", "7.853981"] {
+        assert!(rotated(angle).is_ok(), "{angle}");
+    }
+    let body = "<inertial><origin rpy=\"0 0 90\"/>";
+    let (link, text) = ("upper".to_owned(), "90".to_owned());
+    let found = notes(&two.replacen("<inertial>", body, 1));
+    assert_eq!(found, [UrdfNote::BodyInDegrees { link, text }]);
+}
+
+/// Rounding in an axis is no rotation: the arm is that of the exact axis.
+#[test]
+fn rounding_in_an_axis_is_removed_and_noted() {
+    let two = two_links("", "");
+    let exact = UrdfArm::read(&two, None, None).unwrap();
+    let rounded = |axis: &str| {
+        let text = two.replace("<axis xyz=\"0 1 0\"/>", &format!("<axis xyz=\"{axis}\"/>"));
+        UrdfArm::read(&text, None, None).unwrap()
+    };
+    let arm = rounded("1e-8 1.0 -3e-9");
+    assert_eq!(arm.to_toml(&links_alone(2)), exact.to_toml(&links_alone(2)));
+    let [UrdfNote::CleanedAxis { joint, text, largest }] = arm.notes() else {
+        panic!("{:?}", arm.notes())
+    };
+    assert_eq!((joint.as_str(), text.as_str(), *largest), ("elbow", "1e-8 1.0 -3e-9", 1e-8));
+    assert_eq!(rounded("0 1 1e-4").notes(), []);
+    assert_ne!(rounded("0 1 1e-4").to_toml(&links_alone(2)), exact.to_toml(&links_alone(2)));
 }

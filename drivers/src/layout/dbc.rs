@@ -358,7 +358,8 @@ fn check_ids(text: &str) -> Result<(), LayoutError> {
             continue;
         }
         if id > 0x7FF && !(EXTENDED_ID_BIT..=EXTENDED_ID_BIT + 0x1FFF_FFFF).contains(&id) {
-            return Err(LayoutError::IdOutOfRange { line: k + 1, id });
+            let (line, message) = (k + 1, name.unwrap_or_default().to_owned());
+            return Err(LayoutError::IdOutOfRange { line, message, id });
         }
     }
     Ok(())

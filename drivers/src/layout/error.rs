@@ -18,12 +18,15 @@ pub enum LayoutError {
     },
     /// An identifier fits neither 11 bits nor, with bit 31 set, 29 bits.
     #[error(
-        "line {line} of the DBC file: {id} is not a CAN identifier (11 bits; or 29 bits with 2^31 \
-        added)"
+        "line {line} of the DBC file: the identifier {id} of message `{message}` has more than 11 \
+        bits; one of 29 bits has 2^31 added (bit 31), as {}",
+        with_extended_bit(*.id)
     )]
     IdOutOfRange {
         /// Line of the message in the DBC file.
         line: usize,
+        /// Name of the message; empty without one.
+        message: String,
         /// Identifier in the DBC file.
         id: u64,
     },
@@ -145,4 +148,9 @@ impl fmt::Display for SimilarNames<'_> {
         }
         Ok(())
     }
+}
+
+/// Returns the number by which a DBC file names an identifier of 29 bits.
+fn with_extended_bit(id: u64) -> u64 {
+    (id & 0x1FFF_FFFF) | 1 << 31
 }

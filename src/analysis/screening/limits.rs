@@ -4,7 +4,7 @@
 use core::fmt;
 use core::ops::Range;
 
-use didim_dynamics::robot::{JointIndex, JointKind, Limits, Robot};
+use didim_dynamics::robot::{Joint, JointIndex, JointKind, Limits, Robot};
 use didim_formats::{Measurement, Side};
 use didim_identification::identification::KeptParameters;
 
@@ -32,6 +32,11 @@ pub enum Cause {
     Wrap {
         /// Time of the jump \[s after the first sample\].
         time_s: f64,
+    },
+    /// Positions that are whole turns off in all samples.
+    Turns {
+        /// Number of turns.
+        turns: f64,
     },
     /// Degrees or millimetres instead of radians or metres.
     PositionUnit,
@@ -110,6 +115,11 @@ impl fmt::Display for LimitExcess {
                 Cause::Glitch => "a glitch?".to_owned(),
                 Cause::Wrap { time_s } =>
                     format!("it jumps by a turn after {time_s:.3} s: set `wraps` in the cell"),
+                Cause::Turns { turns } => format!(
+                    "all of them are within the limits after {turns} turns ({} rad) less: set \
+                    `zero` of the positions in the cell",
+                    significant_digits(turns * core::f64::consts::TAU, 6)
+                ),
                 Cause::PositionUnit if revolute => "degrees in place of radians?".to_owned(),
                 Cause::PositionUnit => "millimetres in place of metres?".to_owned(),
                 Cause::TorqueUnit => "mN·m, a current, or the other side of the gear?".to_owned(),
@@ -314,6 +324,11 @@ impl JointSamples {
             LimitedQuantity::Torque => Cause::Gain,
             _ => match self.wrap_time(joint, joint_of_chain.kind) {
                 Some(time_s) => Cause::Wrap { time_s },
+                None if limited == LimitedQuantity::Position
+                    && let Some(turns) = whole_turns(position, &joint_of_chain) =>
+                {
+                    Cause::Turns { turns }
+                }
                 None if times > self.limit_check.other_unit => Cause::PositionUnit,
                 None => Cause::Axis,
             },
@@ -356,4 +371,18 @@ impl JointSamples {
         let jump = self.position[joint].windows(2).position(is_turn)?;
         (kind == JointKind::Revolute).then(|| self.time_s(jump + 1))
     }
+}
+
+/// Returns the number of whole turns by which a revolute joint's positions are off, if they are
+/// within its limits without them.
+fn whole_turns(position: &[f64], joint: &Joint) -> Option<f64> {
+    let turn = core::f64::consts::TAU;
+    let Limits { position_min, position_max, .. } = joint.limits;
+    let sum: f64 = position.iter().sum();
+    #[expect(clippy::cast_precision_loss, reason = "samples are far fewer than 2^52")]
+    let mean = sum / position.len() as f64;
+    let turns = ((mean - 0.5 * (position_min + position_max)) / turn).round();
+    let fits = |value: &f64| (position_min..=position_max).contains(&(value - turns * turn));
+    let is_off = joint.kind == JointKind::Revolute && turns != 0.0;
+    (is_off && position.iter().all(fits)).then_some(turns)
 }

@@ -123,6 +123,29 @@ pub enum BagError {
         /// Number of messages.
         messages: usize,
     },
+    /// Messages with efforts and messages without alternate: two publishers.
+    #[error("{}: {without_effort} of {messages} messages on {topic} have no effort, and \
+        alternate with others. Two publishers send on this topic, as a joint_state_publisher \
+        next to the drives does. Record with one of them alone, or name the `topic` that is of \
+        the drives in [data.bag]", file.display())]
+    AlternatingEfforts {
+        /// The file.
+        file: PathBuf,
+        /// The topic.
+        topic: String,
+        /// Number of messages without an effort.
+        without_effort: usize,
+        /// Number of messages with all joints.
+        messages: usize,
+    },
+    /// The file is of another kind, such as a compressed bag.
+    #[error("{}: {container}", file.display())]
+    Container {
+        /// The file.
+        file: PathBuf,
+        /// Its kind, and the tool that converts it.
+        container: String,
+    },
     /// The times of the messages do not form a record.
     #[error("{}: {source}", file.display())]
     Times {

@@ -9,7 +9,7 @@ use super::error::BagError;
 use super::mcap::{self, FileEnd, McapFault, McapRecord};
 #[cfg(feature = "sqlite")]
 use super::sqlite::{self, SqliteFault, StoredMessage};
-use crate::container::{SQLITE_MAGIC, begins_with};
+use crate::container::{SQLITE_MAGIC, begins_with, foreign_container};
 
 pub(super) const JOINT_STATE: &str = "sensor_msgs/msg/JointState";
 
@@ -36,7 +36,12 @@ pub(super) fn files(path: &Path) -> Result<Vec<PathBuf>, BagError> {
     if !path.is_dir() {
         return Ok(files);
     }
+    // rosbag2 compresses whole files (`--compression-mode file`).
+    let compressed = files.iter().find(|file| is(file, "zstd")).cloned();
     files.retain(|file| is(file, "mcap") || is(file, "db3"));
+    if let (Some(compressed), true) = (compressed, files.is_empty()) {
+        return Ok(vec![compressed]);
+    }
     let number = |file: &PathBuf| -> Option<u64> {
         file.file_stem()?.to_str()?.rsplit_once('_')?.1.parse().ok()
     };
@@ -74,6 +79,9 @@ pub(super) fn for_each_message(
     let io = |source| BagError::Io { file: path.to_path_buf(), source };
     if is_sqlite(path) {
         return read_sqlite(path, take).map(|()| FileEnd::Finished);
+    }
+    if let Some(container) = foreign_container(path) {
+        return Err(BagError::Container { file: path.to_path_buf(), container });
     }
     let file = BufReader::new(File::open(path).map_err(io)?);
     // Schemas by their id; types and topics by the id of their channel.

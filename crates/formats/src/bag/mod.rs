@@ -25,6 +25,7 @@ use crate::measurement::Measurement;
 use crate::missing_values::MissingValues;
 use crate::record::Record;
 use crate::start::RecordingStart;
+use crate::time_limits::TimeLimits;
 use crate::uniform::{TimedRows, TimesError, resample};
 use cdr::JointState;
 use mcap::FileEnd;
@@ -42,6 +43,10 @@ struct TopicContent {
     complete_messages: usize,
     /// Number of messages that miss a value and are left out.
     incomplete_messages: usize,
+    /// Number of messages without any effort, and of changes between these and others.
+    without_effort: usize,
+    effort_changes: usize,
+    has_efforts: Option<bool>,
     first_incomplete: Option<IncompleteRows>,
     times_ns: Vec<u64>,
     /// Positions, then efforts.
@@ -70,6 +75,14 @@ pub fn read_bag(path: &Path, spec: &BagSpec) -> Result<Record, BagError> {
         truncated = truncated.or((end == FileEnd::Truncated).then_some(file));
     }
     let (name, topic) = choose_topic(path, topics, spec)?;
+    if topic.alternates_without_effort() {
+        return Err(BagError::AlternatingEfforts {
+            file: path.into(),
+            topic: name,
+            without_effort: topic.without_effort,
+            messages: topic.complete_messages,
+        });
+    }
     let TopicContent {
         times_ns,
         mut columns,
@@ -148,6 +161,14 @@ fn read_file(
 }
 
 impl TopicContent {
+    /// Returns true if messages with efforts and messages without any alternate, as those of two
+    /// publishers do.
+    fn alternates_without_effort(&self) -> bool {
+        let least = TimeLimits::DEFAULT.alternating_messages;
+        self.effort_changes >= self.complete_messages.div_ceil(least)
+            && self.effort_changes >= least
+    }
+
     /// Adds a state of all requested joints; states of other joints are skipped.
     fn add_state(
         &mut self,
@@ -168,6 +189,10 @@ impl TopicContent {
             return Ok(());
         };
         self.complete_messages += 1;
+        let has_efforts = !state.effort.is_empty();
+        self.without_effort += usize::from(!has_efforts);
+        let before = self.has_efforts.replace(has_efforts);
+        self.effort_changes += usize::from(before.is_some_and(|before| before != has_efforts));
         let time_ns = match spec.time {
             BagTime::Header => state.stamp_ns,
             BagTime::Log => log_ns,

@@ -21,6 +21,7 @@ mod text;
 mod text_layout;
 mod time;
 mod uniform_record;
+mod utf16;
 mod write;
 
 use std::fs::File;
@@ -43,6 +44,7 @@ use source::{Source, TableValues};
 use text::TextTable;
 use time::ExactTime;
 use uniform_record::{row_times, to_record};
+use utf16::{Utf16Reader, utf16_encoding};
 
 use error::unit_of_time;
 
@@ -137,6 +139,8 @@ fn open(path: &Path, columns: Option<&Columns>) -> Result<Box<dyn Source>, Table
     }
     let input: Box<dyn BufRead> = if begin.starts_with(&GZIP_MAGIC) {
         Box::new(BufReader::new(MultiGzDecoder::new(file)))
+    } else if let Some(encoding) = utf16_encoding(begin) {
+        Box::new(Utf16Reader::new(file, encoding))
     } else {
         Box::new(file)
     };
@@ -360,6 +364,7 @@ mod tests {
     use super::*;
     use crate::columns::{AxisColumns, TimeColumns};
     use crate::start::RecordingStart;
+    use crate::uniform::Resampled;
     use didim_dynamics::Signals;
 
     fn read_complete(
@@ -771,6 +776,32 @@ mod tests {
         let without_times = Columns { time: None, ..columns };
         let record = read_table(&path, Some(100.0), 100.0, Some(&without_times)).unwrap();
         assert_eq!((record.segments.len(), record.resampled.appended_recordings), (2, 1));
+    }
+
+    /// 600 rows of 100 Hz, between which the clock was set back; times as MATLAB writes them.
+    #[test]
+    fn a_clock_step_cuts_and_durations_are_times() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("x.csv");
+        let columns = one_axis("t", ["q", "tau"]);
+        let row = |row: i32| {
+            let time_s = f64::from(row) / 100.0 - if row < 300 { 0.0 } else { 0.5 };
+            format!("{time_s:.2} sec,{row},{}\n", row % 7)
+        };
+        let text = "t,q,tau\n".to_owned() + &(0..600).map(row).collect::<String>();
+        std::fs::write(&path, &text).unwrap();
+        let record = read_table(&path, Some(100.0), 100.0, Some(&columns)).unwrap();
+        let samples = |piece: &crate::record::Piece| piece.measurement.samples();
+        assert_eq!(record.segments.iter().map(samples).collect::<Vec<_>>(), [300, 300]);
+        let Resampled { clock_steps, appended_recordings, largest_s, .. } = record.resampled;
+        assert_eq!((clock_steps, appended_recordings), (1, 0));
+        assert!(largest_s < 1e-9, "{largest_s}");
+        assert_eq!(list_table(&path).unwrap().seconds_per_unit, [Some(1.0), None, None]);
+        // The same in UTF-16.
+        let units = core::iter::once(0xfeff).chain(text.encode_utf16());
+        std::fs::write(&path, units.flat_map(u16::to_le_bytes).collect::<Vec<u8>>()).unwrap();
+        let wide = read_table(&path, Some(100.0), 100.0, Some(&columns)).unwrap();
+        assert_eq!(wide.segments, record.segments);
     }
 
     /// States of 125 Hz in rows of 500 Hz, and stamps of two decimals.

@@ -11,7 +11,7 @@ use super::list::elements;
 use super::place::RowPlace;
 use super::source::{Source, TableValues};
 use super::text_layout::{INSPECTED_RECORDS, TextLayout, is_comment, reader_builder};
-use super::time::{ExactTime, FirstTime, digit_resolution, names_its_clock};
+use super::time::{ExactTime, FirstTime, digit_resolution, names_its_clock, seconds_text};
 use crate::capacity::Capacity;
 
 /// The beginning, which was read to find the layout, followed by the rest.
@@ -102,7 +102,8 @@ impl TextTable {
             return Some(f64::NAN);
         }
         let value = match column {
-            Column::Time => ExactTime::of_number(number).map(|time| first.seconds_after(time)),
+            Column::Time => ExactTime::of_number(seconds_text(number).unwrap_or(number))
+                .map(|time| first.seconds_after(time)),
             Column::Date => ExactTime::of_date(number).map(|time| first.seconds_after(time)),
             _ => number.parse().ok(),
         };
@@ -127,8 +128,8 @@ impl Source for TextTable {
         self.layout.header_line.is_some()
     }
 
-    fn seconds_per_unit(&self, _: usize) -> Option<f64> {
-        None
+    fn seconds_per_unit(&self, column: usize) -> Option<f64> {
+        seconds_text(self.layout.first_row.get(column)?).map(|_| 1.0)
     }
 
     fn first_row(&self) -> RowPlace {
@@ -187,7 +188,8 @@ impl Source for TextTable {
                 })?;
                 read.columns[index].push(value);
                 if column.is_time() && !value.is_nan() {
-                    read.resolution = read.resolution.min(digit_resolution(text));
+                    let number = seconds_text(text).unwrap_or(text);
+                    read.resolution = read.resolution.min(digit_resolution(number));
                     of_no_clock |= *column == Column::Date && !names_its_clock(text);
                 }
             }

@@ -97,12 +97,13 @@ impl Table {
     /// Resamples the rows to a rate \[Hz\]. Recordings one after another become pieces.
     fn into_resampled(mut self, path: &Path, rate_hz: f64) -> Result<Record, TableError> {
         let mut times_s = self.time.take().unwrap_or_default();
-        // Where time goes back within a recording, the resampling says it.
-        let appended = join_recordings(&mut times_s, &self.begins).unwrap_or_default();
+        // If time goes back from row to row, the resampling says it.
+        let joined = join_recordings(&mut times_s, &self.begins).unwrap_or_default();
         let columns = self.signals.iter_mut().flat_map(core::mem::take).collect();
         let (parts, mut resampled) = resample(TimedRows { times_s, columns }, rate_hz)
             .map_err(|source| TableError::Times { file: path.to_path_buf(), source })?;
-        resampled.appended_recordings = appended;
+        resampled.appended_recordings = joined.recordings;
+        resampled.clock_steps = joined.clock_steps;
         Ok(Record::from_uniform((parts, resampled), |columns| {
             let mut columns = columns.into_iter();
             let signals = [(); 3].map(|()| columns.by_ref().take(self.axes).collect());

@@ -3,8 +3,11 @@
 use didim_dynamics::MAX_JOINTS;
 use nalgebra::{IsometryMatrix3, Point3, Vector3};
 
+use super::element::is_whole_degrees;
 use super::error::UrdfError;
-use super::file::{Body, CollisionCapsule, FileJoint, Inertial, JointType, Link, UrdfFile};
+use super::file::{
+    Body, CollisionCapsule, FileJoint, FileLimit, Inertial, JointType, Link, UrdfFile,
+};
 use super::limits::UrdfLimits;
 use super::note::UrdfNote;
 use super::shape::UrdfShape;
@@ -83,6 +86,30 @@ impl FileJoint {
     fn is_moving(&self) -> bool {
         self.kind != JointType::Fixed
     }
+
+    /// Returns its range \[rad or m\]. Exporters write 0 to 0 for a range that nobody gave.
+    fn range(&self, limit: &FileLimit, notes: &mut Vec<UrdfNote>) -> [f64; 2] {
+        let name = self.name.clone();
+        let free = UrdfLimits::DEFAULT.continuous_range_rad;
+        let range = [limit.lower, limit.upper];
+        let is_degrees =
+            |end: &f64| is_whole_degrees(*end, UrdfLimits::DEFAULT.whole_degrees_limit_rad);
+        match self.kind {
+            JointType::Continuous => {
+                notes.push(UrdfNote::Continuous { joint: name });
+                [-free, free]
+            }
+            JointType::Revolute if range == [0.0; 2] => {
+                notes.push(UrdfNote::OpenRange { joint: name });
+                [-free, free]
+            }
+            JointType::Revolute if range.iter().any(is_degrees) => {
+                notes.push(UrdfNote::LimitsInDegrees { joint: name, range });
+                range
+            }
+            _ => range,
+        }
+    }
 }
 
 impl UrdfFile {
@@ -129,6 +156,10 @@ impl UrdfFile {
         let mut rough_angle = None;
         for &k in &path_between {
             let joint = &self.joints[k];
+            if let Some(text) = joint.angle_in_degrees.clone() {
+                let (joint, line) = (joint.name.clone(), joint.line);
+                return Err(UrdfError::Degrees { joint, text, line });
+            }
             rough_angle = joint.rough_angle.clone().or(rough_angle);
             if !joint.is_moving() {
                 continue;
@@ -195,7 +226,10 @@ impl UrdfFile {
         axis: &mut ChainAxis,
         chain: &mut Chain,
     ) {
-        let Link { name, body, .. } = &self.links[link];
+        let Link { name, body, body_angle_in_degrees, .. } = &self.links[link];
+        if let Some(text) = body_angle_in_degrees.clone() {
+            chain.notes.push(UrdfNote::BodyInDegrees { link: name.clone(), text });
+        }
         let body = match (body, &poses[link]) {
             (Inertial::Body(body), Some(pose)) => Some(body.seen_from(pose)),
             (Inertial::Impossible(problem), _) => {
@@ -388,13 +422,10 @@ fn axis_of(
     };
     let velocity = limit_of(limit.velocity, "velocity")?;
     let effort = limit_of(limit.effort, "effort")?;
-    let position = match joint.kind {
-        JointType::Continuous => {
-            notes.push(UrdfNote::Continuous { joint: name.clone() });
-            [-UrdfLimits::DEFAULT.continuous_range_rad, UrdfLimits::DEFAULT.continuous_range_rad]
-        }
-        _ => [limit.lower, limit.upper],
-    };
+    let position = joint.range(&limit, notes);
+    if let Some((largest, text)) = joint.cleaned_axis.clone() {
+        notes.push(UrdfNote::CleanedAxis { joint: name.clone(), text, largest });
+    }
     if position[0] >= position[1] {
         return Err(wrong(format!("a range from {} to {}", position[0], position[1])));
     }

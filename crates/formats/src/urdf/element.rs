@@ -160,6 +160,20 @@ pub(super) fn rough_quarter_turn(node: Node<'_, '_>) -> Option<String> {
     rpy.split_whitespace().find(|text| is_rough_quarter_turn(text)).map(str::to_owned)
 }
 
+/// Returns true for a number beyond `most_rad` that is whole, as degrees are and radians are not.
+pub(super) fn is_whole_degrees(value: f64, most_rad: f64) -> bool {
+    value.abs() > most_rad && value.fract() == 0.0
+}
+
+/// Returns an angle of the `<origin>` that looks like degrees, such as 90.
+pub(super) fn angle_in_degrees(node: Node<'_, '_>) -> Option<String> {
+    let rpy = single_child(node, "origin").ok()??.attribute("rpy")?;
+    let most_rad = UrdfLimits::DEFAULT.whole_degrees_rad;
+    let is_degrees =
+        |text: &&str| text.parse().is_ok_and(|angle| is_whole_degrees(angle, most_rad));
+    rpy.split_whitespace().find(is_degrees).map(str::to_owned)
+}
+
 fn is_rough_quarter_turn(text: &str) -> bool {
     let angle: f64 = text.parse().unwrap_or_default();
     let decimals = text.split_once('.').map_or(0, |(_, decimals)| decimals.len());

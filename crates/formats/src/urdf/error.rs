@@ -74,6 +74,33 @@ pub enum UrdfError {
         /// Its line.
         line: usize,
     },
+    /// The axis of a joint that moves is 0.
+    #[error(
+        "line {line}: joint `{joint}` has the axis `{text}`, which is no direction; give its \
+        <axis> the direction in which the joint moves"
+    )]
+    ZeroAxis {
+        /// The joint.
+        joint: String,
+        /// Its axis in the file.
+        text: String,
+        /// Its line.
+        line: usize,
+    },
+    /// The rotation of a joint is in degrees.
+    #[error(
+        "line {line}: `rpy` of joint `{joint}` has {text}, which looks like degrees; it is in \
+        radians: write {text} deg as {}",
+        radians(text)
+    )]
+    Degrees {
+        /// The joint.
+        joint: String,
+        /// The angle in the file.
+        text: String,
+        /// Line of the joint.
+        line: usize,
+    },
     /// A joint of a type that URDF does not have.
     #[error(
         "line {line}: the type \"{found}\" of joint `{joint}` does not exist; use revolute, \
@@ -222,6 +249,12 @@ pub enum UrdfError {
         /// The link.
         link: String,
     },
+}
+
+/// Converts an angle in degrees to the text of an angle in radians.
+fn radians(text: &str) -> String {
+    let degrees: f64 = text.parse().unwrap_or_default();
+    format!("{:.9}", degrees.to_radians())
 }
 
 /// Lists the links at which an arm could end.

@@ -7,9 +7,9 @@ use nalgebra::{IsometryMatrix3, Matrix3, Point3, SymmetricEigen, Vector3};
 use roxmltree::{Document, Error as XmlError, Node};
 
 use super::element::{
-    child_elements, line, name_attribute, number_of, number_or_zero, parse_origin,
-    required_attribute, required_child, rough_quarter_turn, single_child, three_numbers,
-    unread_attributes,
+    angle_in_degrees, child_elements, line, name_attribute, number_of, number_or_zero,
+    parse_origin, required_attribute, required_child, rough_quarter_turn, single_child,
+    three_numbers, unread_attributes,
 };
 use super::error::UrdfError;
 use super::limits::UrdfLimits;
@@ -33,6 +33,8 @@ pub(super) struct UrdfFile {
 pub(super) struct Link {
     pub(super) name: String,
     pub(super) body: Inertial,
+    /// Angle of its `<inertial>` that looks like degrees, if any.
+    pub(super) body_angle_in_degrees: Option<String>,
     pub(super) element: ElementPlace,
     /// Place of its `<inertial>`.
     pub(super) inertial_range: Option<Range<usize>>,
@@ -100,6 +102,10 @@ pub(super) struct FileJoint {
     pub(super) origin: IsometryMatrix3<f64>,
     /// Angle of the origin that is printed with too few digits, if any.
     pub(super) rough_angle: Option<String>,
+    /// Angle of the origin that looks like degrees, if any.
+    pub(super) angle_in_degrees: Option<String>,
+    /// Largest entry of the axis that was taken for 0, and the axis in the file.
+    pub(super) cleaned_axis: Option<(f64, String)>,
     /// In the joint's frame, of length 1.
     pub(super) axis: Vector3<f64>,
     pub(super) limit: Option<FileLimit>,
@@ -192,6 +198,22 @@ impl Body {
     }
 }
 
+impl Link {
+    fn read(node: Node<'_, '_>, name: String) -> Result<Self, UrdfError> {
+        let inertial = single_child(node, "inertial")?;
+        let capsules = child_elements(node, "collision").filter_map(collision_capsule);
+        Ok(Self {
+            name,
+            body: parse_inertial(node)?,
+            body_angle_in_degrees: inertial.and_then(angle_in_degrees),
+            element: element_place(node),
+            inertial_range: inertial.map(|inertial| inertial.range()),
+            capsules: capsules.collect(),
+            shapes: link_shapes(node),
+        })
+    }
+}
+
 impl UrdfFile {
     pub(super) fn read(text: &str) -> Result<Self, UrdfError> {
         let document = Document::parse(text).map_err(|error| match error {
@@ -242,12 +264,7 @@ impl UrdfFile {
                     line: line(node),
                 });
             }
-            let (body, element) = (parse_inertial(node)?, element_place(node));
-            let inertial = single_child(node, "inertial")?;
-            let inertial_range = inertial.map(|inertial| inertial.range());
-            let capsules = child_elements(node, "collision").filter_map(collision_capsule);
-            let (capsules, shapes) = (capsules.collect(), link_shapes(node));
-            links.push(Link { name, body, element, inertial_range, capsules, shapes });
+            links.push(Link::read(node, name)?);
         }
         if links.is_empty() {
             return Err(missing("link"));
@@ -332,6 +349,17 @@ fn parse_inertial(link: Node<'_, '_>) -> Result<Inertial, UrdfError> {
     })
 }
 
+/// Takes entries that rounding left for 0. Returns the axis of length 1, and the largest of them.
+fn clean_axis(axis: Vector3<f64>) -> (Vector3<f64>, f64) {
+    let is_rounding = |entry: f64| entry.abs() < UrdfLimits::DEFAULT.zero_axis_entry;
+    let left_out = axis.iter().copied().filter(|entry| is_rounding(*entry));
+    let largest = left_out.fold(0.0, |largest: f64, entry| largest.max(entry.abs()));
+    if largest == 0.0 {
+        return (axis, largest);
+    }
+    (axis.map(|entry| if is_rounding(entry) { 0.0 } else { entry }).normalize(), largest)
+}
+
 fn joint(node: Node<'_, '_>, links: &[Link]) -> Result<FileJoint, UrdfError> {
     let (name, line) = (name_attribute(node)?, line(node));
     let kind = match required_attribute(node, "type")? {
@@ -363,11 +391,12 @@ fn joint(node: Node<'_, '_>, links: &[Link]) -> Result<FileJoint, UrdfError> {
     let (configured, text) = axis.transpose()?.unwrap_or_default();
     let axis = configured.unwrap_or_else(Vector3::x);
     let largest = axis.amax();
+    let text = text.unwrap_or_default().to_owned();
     if largest == 0.0 {
-        let (text, expected) = (text.unwrap_or_default().to_owned(), "a direction");
-        return Err(UrdfError::Number { text, attribute: "xyz", expected, line });
+        return Err(UrdfError::ZeroAxis { joint: name, text, line });
     }
-    let axis = (axis / largest).normalize();
+    let (axis, left_out) = clean_axis((axis / largest).normalize());
+    let is_noted = left_out > UrdfLimits::DEFAULT.noted_angle_rad;
     let limit = part("limit")?
         .map(|limit| {
             Ok(FileLimit {
@@ -392,6 +421,8 @@ fn joint(node: Node<'_, '_>, links: &[Link]) -> Result<FileJoint, UrdfError> {
     Ok(FileJoint {
         origin: parse_origin(node)?,
         rough_angle: rough_quarter_turn(node),
+        angle_in_degrees: angle_in_degrees(node),
+        cleaned_axis: is_noted.then_some((left_out, text)),
         mimicked_joint: mimics.transpose()?,
         name,
         line,

@@ -18,6 +18,15 @@ pub(crate) struct UrdfLimits {
     /// Smallest rotation of an axis that is worth a note \[rad\]. Derived: printed numbers leave
     /// less.
     pub noted_angle_rad: f64,
+    /// Entry of an axis of length 1 below which it is 0 \[1\]. Derived: exporters leave rounding of
+    /// 1e-7 or less, and a tilt of 1e-5 rad is not measured.
+    pub zero_axis_entry: f64,
+    /// Angle beyond which a whole number is taken for degrees \[rad\]. Derived: an angle in radians
+    /// is no whole number, and within a turn.
+    pub whole_degrees_rad: f64,
+    /// Position limit beyond which a whole number is taken for degrees \[rad\]. Convention: ±10 rad
+    /// is a usual limit of a joint that turns freely.
+    pub whole_degrees_limit_rad: f64,
     /// Largest error of a quarter turn that is printed with few digits \[rad\]. Derived: 3.14 is
     /// 1.6e-3 rad from half a turn, and 4.71 is 2.4e-3 rad from three quarters.
     pub rough_angle_rad: f64,
@@ -45,6 +54,9 @@ impl UrdfLimits {
         quaternion_length: 1e-3,
         parallel_sine: 1e-3,
         noted_angle_rad: 1e-10,
+        zero_axis_entry: 1e-5,
+        whole_degrees_rad: core::f64::consts::TAU,
+        whole_degrees_limit_rad: 2.0 * core::f64::consts::TAU,
         rough_angle_rad: 3e-3,
         rough_decimals: 4,
         zero_length_m: 1e-6,

@@ -43,6 +43,34 @@ pub enum UrdfNote {
         /// The joint.
         joint: String,
     },
+    /// A range from 0 to 0, which is taken for unknown.
+    OpenRange {
+        /// The joint.
+        joint: String,
+    },
+    /// Position limits that look like degrees.
+    LimitsInDegrees {
+        /// The joint.
+        joint: String,
+        /// Lower and upper limit \[as in the file\].
+        range: [f64; 2],
+    },
+    /// An angle of a link's body that looks like degrees.
+    BodyInDegrees {
+        /// The link.
+        link: String,
+        /// The angle in the file.
+        text: String,
+    },
+    /// An axis with entries that rounding left.
+    CleanedAxis {
+        /// The joint.
+        joint: String,
+        /// The axis in the file.
+        text: String,
+        /// Largest entry that is taken for 0, of an axis of length 1 \[1\].
+        largest: f64,
+    },
     /// Two axes that are nearly parallel.
     NearlyParallel {
         /// The joint after the other.
@@ -125,6 +153,28 @@ impl fmt::Display for UrdfNote {
                     range"
                 )
             }
+            Self::OpenRange { joint } => write!(
+                f,
+                "the joint `{joint}` has a range from 0 to 0: it is unknown, and 100 turns either \
+                way are taken; give position_min_deg and position_max_deg in [urdf.joints] of the \
+                cell"
+            ),
+            Self::LimitsInDegrees { joint, range: [lower, upper] } => write!(
+                f,
+                "the limits of the joint `{joint}`, {lower} and {upper}, look like degrees; they \
+                are in radians: correct them, or give position_min_deg and position_max_deg in \
+                [urdf.joints] of the cell"
+            ),
+            Self::BodyInDegrees { link, text } => write!(
+                f,
+                "`rpy` in the <inertial> of the link `{link}` has {text}, which looks like \
+                degrees; it is in radians: correct it, the nominal inertia depends on it"
+            ),
+            Self::CleanedAxis { joint, text, largest } => write!(
+                f,
+                "the axis `{text}` of the joint `{joint}` has entries of at most {largest:.1e}, \
+                which are taken for 0"
+            ),
             Self::NearlyParallel { joint, angle_rad } => write!(
                 f,
                 "the axis of `{joint}` is {angle_rad:.1e} rad from parallel to the one before, and \

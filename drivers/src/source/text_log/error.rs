@@ -80,6 +80,12 @@ pub enum LineFault {
          `(1436509052.249713)`; record with `candump -l` or `candump -L`"
     )]
     Stamp,
+    /// The line is a row of a table.
+    #[error(
+        "this is a row of a table (CSV), not of a log of frames. Export the log as candump, ASC \
+        (Vector) or TRC (PEAK), as SavvyCAN does with \"Save Log File\""
+    )]
+    Table,
     /// The stamp does not fit 64 bits of nanoseconds.
     #[error("the time stamp lies beyond the year 2554: correct the clock of the recorder")]
     StampRange,

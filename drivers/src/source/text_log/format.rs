@@ -6,6 +6,9 @@ use super::{LineFault, candump};
 use crate::frame::Frame;
 use crate::source::InterfaceName;
 
+/// Fewest fields of a row with a frame: its time, identifier, length and data.
+const TABLE_FIELDS: usize = 4;
+
 /// Format of a log.
 #[derive(Clone, Debug)]
 pub(super) enum Format {
@@ -48,9 +51,18 @@ impl Format {
         match self {
             // `candump -e` explains an error frame in a line of its own.
             Self::Candump if line.starts_with(b"\t") => Ok(None),
-            Self::Candump => candump::parse(line).map(Some),
+            Self::Candump => {
+                candump::parse(line).map(Some).map_err(|fault| table_fault(fault, line))
+            }
             Self::Asc(asc) => asc.parse(line),
             Self::Trc(trc) => trc.parse(line),
         }
     }
+}
+
+/// Names the row of a table, as the CSV of SavvyCAN or python-can, in place of a missing stamp.
+fn table_fault(fault: LineFault, line: &[u8]) -> LineFault {
+    let fields = |separator: u8| line.split(|byte| *byte == separator).count();
+    let is_row = fields(b',').max(fields(b';')) >= TABLE_FIELDS;
+    if fault == LineFault::Stamp && is_row { LineFault::Table } else { fault }
 }

@@ -310,6 +310,19 @@ mod tests {
     }
 
     #[test]
+    fn a_table_of_frames_is_named() {
+        for text in ["Time Stamp,ID,Extended,Dir,Bus,LEN\n", "1;2;3;4\n"] {
+            let error = source(text).next_frame().unwrap_err();
+            assert!(
+                matches!(error, TextLogError::Line { line: 1, fault: LineFault::Table, .. }),
+                "{error}"
+            );
+        }
+        let error = source("a log, or none\n").next_frame().unwrap_err();
+        assert!(matches!(error, TextLogError::Line { fault: LineFault::Stamp, .. }), "{error}");
+    }
+
+    #[test]
     fn a_missing_file_is_named() {
         let error = TextLog::open(Path::new("/nonexistent.log"), &[]).unwrap_err();
         assert!(error.to_string().contains("/nonexistent.log"), "{error}");
