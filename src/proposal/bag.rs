@@ -69,11 +69,10 @@ pub(super) fn propose(
     draft.add_entry("data", "rate_hz", rate);
     draft.add_entry(SECTION_NAME, "time", time);
     draft.add_entry("data", "torque_valid", propose_torque_timing(false));
-
     let survey = survey_of_topic(file, robot, joints, topic)?;
     if survey.as_ref().is_some_and(|survey| survey.has_turns) {
-        let why = "positions jump by a turn";
-        draft.add_entry(SECTION_NAME, "wraps", Guess::assumed("true".into(), why));
+        let wraps = Guess::assumed("true".into(), "positions jump by a turn");
+        draft.add_entry(SECTION_NAME, "wraps", wraps);
     }
     let side = match &survey {
         Some(survey_input) if survey_input.may_be_of_joints() => {
