@@ -106,7 +106,6 @@ fn bus(cell: &Cell) -> (Box<dyn Sink + Send>, OpenedSource) {
                 source: Box::new(Stamped(source)),
                 pace: Pace::Live,
                 receive_buffer: None,
-                events: None,
             };
             (Box::new(StampingSink(InProcessSink::new(sender))), source)
         }
@@ -215,6 +214,7 @@ fn main() {
         status: Some(SocketOptions { path: paths.status_socket(), mode: 0o600, group: None }),
         control: None,
         receive_buffer: opened.receive_buffer,
+        events: None,
     };
     let status = paths.status_socket();
     let sender = std::thread::Builder::new().name("sender".into()).spawn(move || {

@@ -34,6 +34,10 @@ pub(crate) struct Result {
 type PredictedArrays<'py> =
     (String, Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>);
 
+/// Times, and measured and fitted torques.
+type FittedArrays<'py> =
+    (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>);
+
 #[pymethods]
 impl Result {
     /// The result as the JSON object that `didim identify --json` prints, without the data of its
@@ -53,10 +57,7 @@ impl Result {
     }
 
     /// Time \[s\], measured and predicted torque of the rows that were fitted: rows × joints.
-    fn fit<'py>(
-        &self,
-        python: Python<'py>,
-    ) -> (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>) {
+    fn fit<'py>(&self, python: Python<'py>) -> FittedArrays<'py> {
         let fit = &self.identification.fit;
         let [measured, predicted] =
             [&fit.measured, &fit.predicted].map(|columns| from_columns(columns).to_pyarray(python));

@@ -99,7 +99,7 @@ impl FileJoint {
                 notes.push(UrdfNote::Continuous { joint: name });
                 [-free, free]
             }
-            JointType::Revolute if range == [0.0; 2] => {
+            JointType::Revolute if range.iter().all(|limit| limit.abs() == 0.0) => {
                 notes.push(UrdfNote::OpenRange { joint: name });
                 [-free, free]
             }
