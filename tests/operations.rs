@@ -150,7 +150,7 @@ fn optional(key: &str) -> Value {
         "load" => json!({
             "state": "load", "since": "2026-11-22T00:00:00Z",
             "mass_kg": { "value": 2.0, "standard_deviation": 0.1 },
-            "changes": 1, "why_not": "in words"
+            "changes": 1, "why_not": "in words", "last_look": last_look()
         }),
         "drift" => json!({
             "baseline": 1, "time": "2026-11-22T00:00:00Z", "compared": true, "reconfigured": true,
@@ -171,6 +171,23 @@ fn optional(key: &str) -> Value {
         | "capture" => "in words".into(),
         other => panic!("a status may have `{other}` now: say here what it is like"),
     }
+}
+
+/// A load with its centre in the frame of a link.
+fn last_look() -> serde_json::Value {
+    let value = json!({ "value": 0.1, "standard_deviation": 0.01 });
+    let none = [(); 6].map(|()| serde_json::Value::Null);
+    json!({
+        "baseline": 1,
+        "presence": {
+            "seen": true, "mass_deviations": 20.0, "mass_limit_kg": null,
+            "from_none": { "chi_squared": 9.0, "degrees_of_freedom": 4, "probability": 0.1 }
+        },
+        "mass_kg": value, "centre_m": [value, null, null], "inertia_kg_m2": none,
+        "centre_of_mass": {
+            "frame": "tool0", "centre_m": [value, value, value], "inertia_kg_m2": none
+        }
+    })
 }
 
 /// Every count 1, every list of causes one long, everything there.

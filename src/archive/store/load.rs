@@ -89,7 +89,10 @@ mod tests {
     #[test]
     fn a_load_of_an_earlier_version_is_read_as_it_was() {
         let load: FoundLoad = serde_json::from_str(EARLIER).unwrap();
-        assert_eq!((load.centre_of_mass.as_ref(), load.line().as_str()), (None, "2.00 ± 0.050 kg"));
+        assert_eq!(
+            (load.centre_of_mass.as_ref(), load.line().as_str()),
+            (None, "2.000 ± 0.050 kg")
+        );
         assert_eq!(load.load.centre_m[0].map(|of| of.value), Some(0.01));
         let same: serde_json::Value = serde_json::from_str(EARLIER).unwrap();
         assert_eq!(serde_json::to_value(&load).unwrap(), same);
