@@ -176,16 +176,16 @@ fn optional(key: &str) -> Value {
 /// A load with its centre in the frame of a link.
 fn last_look() -> serde_json::Value {
     let value = json!({ "value": 0.1, "standard_deviation": 0.01 });
-    let none = [(); 6].map(|()| serde_json::Value::Null);
+    let values = |count: usize| vec![value.clone(); count];
+    let test = json!({ "chi_squared": 9.0, "degrees_of_freedom": 4, "probability": 0.1 });
     json!({
         "baseline": 1,
         "presence": {
-            "seen": true, "mass_deviations": 20.0, "mass_limit_kg": null,
-            "from_none": { "chi_squared": 9.0, "degrees_of_freedom": 4, "probability": 0.1 }
+            "seen": true, "mass_deviations": 20.0, "mass_limit_kg": 1.0, "from_none": test
         },
-        "mass_kg": value, "centre_m": [value, null, null], "inertia_kg_m2": none,
+        "mass_kg": value, "centre_m": values(3), "inertia_kg_m2": values(6),
         "centre_of_mass": {
-            "frame": "tool0", "centre_m": [value, value, value], "inertia_kg_m2": none
+            "frame": "tool0", "centre_m": values(3), "inertia_kg_m2": values(6)
         }
     })
 }

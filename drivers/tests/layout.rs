@@ -369,7 +369,11 @@ fn what_does_not_fit_is_named() {
         ),
         (dbc.to_owned(), spec.replace(".StatusWord", ".TorqueDemand"), "unsigned integer"),
         (dbc.replace("BO_ 386 ", "BO_ 385 "), spec.to_owned(), "same identifier 385"),
-        (dbc.replace("BO_ 386 ", "BO_ 65921 "), spec.to_owned(), "line 25 of the DBC file: 65921"),
+        (
+            dbc.replace("BO_ 386 ", "BO_ 65921 "),
+            spec.to_owned(),
+            "line 25 of the DBC file: the identifier 65921 of message `TPDO1_2`",
+        ),
         (dbc.replace("TPDO1_2", "TPDO1_1"), spec.to_owned(), "two of the name `TPDO1_1`"),
         (
             dbc.replace("48|16@1- (1,0) [-", "49|16@1- (1,0) [-"),

@@ -444,7 +444,8 @@ fn show_recordings(
         if last.replace(piece.input) != Some(piece.input) {
             let written = Timestamp::of_file(inputs[piece.input].path()).ok();
             let written = written.filter(|_| !inputs[piece.input].is_stream());
-            print(&format!("recorded: {}\n", date_text(piece.recording_start, written)))?;
+            let date = date_text(piece.recording_start, written);
+            print_for_terminal(&format!("recorded: {date}\n"))?;
         }
         print_for_terminal(&piece.what_counted)?;
         for (name, text) in piece.range.readings().lines() {

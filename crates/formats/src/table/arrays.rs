@@ -41,6 +41,14 @@ impl Record {
         if time_s.len() < 2 {
             return Err(TableError::TooShort { file: file.to_path_buf() });
         }
+        if let Some(row) = time_s.iter().position(|time| !time.is_finite()) {
+            return Err(TableError::NotANumber {
+                file: file.to_path_buf(),
+                place: RowPlace::Row(1).rows_later(row),
+                column: "time".to_owned(),
+                text: time_s[row].to_string(),
+            });
+        }
         let first_s = time_s[0];
         // The last digit of a time that counts from 1970 is a fraction of a microsecond.
         let largest_s = time_s.iter().fold(0.0, |largest: f64, time| largest.max(time.abs()));

@@ -226,14 +226,20 @@ mod tests {
     #[test]
     fn a_quote_without_its_end_is_refused_with_its_line() {
         let begin = "time_s,a\n0.0,1\n0.1,2\n0.2,\"3\n";
-        for filler in [b'\n', b'0'] {
+        // Lines that follow the quote, and one line that is itself too long.
+        for (filler, line) in [(b'\n', 4), (b'0', 5)] {
             let file = Cursor::new(begin.as_bytes()).chain(BufReader::new(repeat(filler)));
             let wanted = ["time_s".to_owned(), "a".to_owned()];
-            let table = TextTable::open(Box::new(file), Path::new("a.csv"), &wanted).unwrap();
             let columns = [Column::Time, Column::Other];
             let capacity = Capacity { samples: 1_000 };
-            let error = Box::new(table).read(&columns, capacity).err().unwrap();
-            assert!(matches!(error, TableError::LongLine { line: 4, .. }), "{error:?}");
+            let table = TextTable::open(Box::new(file), Path::new("a.csv"), &wanted);
+            let read = table.and_then(|table| Box::new(table).read(&columns, capacity));
+            let error = read.err().unwrap();
+            let found = match error {
+                TableError::LongLine { line, .. } => line,
+                other => panic!("{other:?}"),
+            };
+            assert_eq!(found, line);
         }
     }
 }

@@ -8,8 +8,7 @@ mod sweeps;
 use didim_dynamics::dynamics::{BaseParameters, Model, Workspace};
 use didim_dynamics::robot::{JointIndex, Robot};
 use didim_identification::excitation::{
-    Bounds, Design, DesignObjective, ExcitationError, LimitKind, Margins, Noise, Task, design,
-    predict_result,
+    Bounds, Design, DesignObjective, ExcitationError, Margins, Noise, Task, design, predict_result,
 };
 use nalgebra::DMatrix;
 
@@ -193,7 +192,7 @@ fn what_cannot_be_designed_is_refused() {
     let weak = Margins { torque: 1e-6, ..Margins::default() };
     let bounds = bounds(weak, None, Some(nominal)).unwrap();
     let weak = Task { bounds, ..task(&tx40, 3.0) };
-    assert!(matches!(refused(&weak), ExcitationError::Middle { kind: LimitKind::Torque, .. }));
+    assert!(matches!(refused(&weak), ExcitationError::CannotHold { .. }));
     // The same parameter twice.
     let mut twice = task(&tx40, 3.0);
     twice.columns[1] = twice.columns[0];
