@@ -452,17 +452,6 @@ fn on_a_silent_bus_the_daemon_is_silent_and_lets_no_second_one_in() {
     });
 }
 
-#[test]
-#[ignore = "needs a CAN bus: tests/run"]
-fn an_interface_that_is_not_there_is_named() {
-    in_time(|_| {
-        let ended = run_to_the_end(&installation(PACKED, "nocan7", &[]));
-        assert_eq!(ended.code, Some(1), "{ended:?}");
-        assert!(ended.stderr.contains("nocan7"), "{ended:?}");
-        Ok(())
-    });
-}
-
 /// The simulated arm's frames, without a bus.
 fn frames_of_the_arm(cell: &Installation) -> Vec<Frame> {
     let log = cell.path("arm.log");
