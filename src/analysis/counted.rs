@@ -29,7 +29,7 @@ pub struct CountedPiece {
 #[derive(Debug, thiserror::Error)]
 pub enum CountError {
     /// A limit of the samples that count lies outside the recording.
-    #[error("{name} {seconds}: the measurement lasts from 0 to {end_s} s")]
+    #[error("--{name} {seconds}: the measurement lasts from 0 to {end_s} s")]
     Outside {
         /// The limit: `from` or `to`.
         name: &'static str,
@@ -39,7 +39,7 @@ pub enum CountError {
         end_s: f64,
     },
     /// No sample lies between the limits.
-    #[error("from {from} to {to}: {}", match segments {
+    #[error("--from {from} --to {to}: {}", match segments {
         1 => "there is no sample between them".to_owned(),
         _ => format!("none of {segments} pieces has enough samples between them"),
     })]
@@ -107,8 +107,9 @@ pub fn check_cell_rate(measurement: &Measurement, cell: &Cell) -> Result<(), Cou
     }
 }
 
-/// Returns the pieces of a recording with samples that count, at least one, and warnings for the
-/// user. `from_to` are limits of the samples that count \[s after the first sample\].
+/// Returns the pieces of a recording with samples that count, at least one. `from_to` are limits of
+/// the samples that count \[s after the first sample\]. Calls `warn` with each warning for the
+/// user, also with those that come before an error.
 ///
 /// # Errors
 /// [`CountError`].
@@ -116,25 +117,28 @@ pub fn count_samples(
     record: Record,
     cell: &Cell,
     from_to: [Option<f64>; 2],
-) -> Result<(Vec<CountedPiece>, Vec<String>), CountError> {
-    let mut warnings: Vec<String> = record.notes();
+    mut warn: impl FnMut(String),
+) -> Result<Vec<CountedPiece>, CountError> {
+    record.notes().into_iter().for_each(&mut warn);
     for piece in &record.segments {
         check_cell_rate(&piece.measurement, cell)?;
     }
     let all = record.segments.len();
     let parts = counted_pieces(from_to, cell, record)?;
     if parts.len() < all {
-        warnings.push(format!("of {all} pieces {} have samples that count", parts.len()));
+        warn(format!("of {all} pieces {} have samples that count", parts.len()));
     }
-    warnings.extend(open_limits(&cell.robot).map(|open| format!("{open}; {LIMITS_REMEDY}")));
+    if let Some(open) = open_limits(&cell.robot) {
+        warn(format!("{open}; {LIMITS_REMEDY}"));
+    }
     for CountedPiece { piece, counted_range: counted, .. } in &parts {
         let limits = cell.screening.limits;
         let beyond = check_limits(&piece.measurement, counted, &cell.robot, limits)?;
-        warnings.extend(beyond.iter().map(ToString::to_string));
+        beyond.iter().map(ToString::to_string).for_each(&mut warn);
     }
     let still = still_joints(&measurement_pairs(&parts), cell.screening.rest);
-    warnings.extend(standstill_text(&still, &cell.robot));
-    Ok((parts, warnings))
+    standstill_text(&still, &cell.robot).into_iter().for_each(&mut warn);
+    Ok(parts)
 }
 
 impl CountedPiece {

@@ -62,12 +62,9 @@ impl Samples {
         let reading = WorkIndicator::start(&format!("reading {}", path.display()));
         let record =
             reading.show_during(|| read_input(input, cell, self.sample_rate, &self.interfaces))?;
-        let counted = count_samples(record, cell, [self.from, self.to]);
-        let (parts, warnings) = counted.map_err(|error| count_error(path, error))?;
-        for warning in warnings {
-            tracing::warn!("{}: {warning}", path.display());
-        }
-        Ok(parts)
+        let warn = |warning| tracing::warn!("{}: {warning}", path.display());
+        let counted = count_samples(record, cell, [self.from, self.to], warn);
+        counted.map_err(|error| count_error(path, error))
     }
 
     /// Reads a file like [`Self::read`] and returns only its longest piece.
@@ -104,13 +101,18 @@ pub(super) fn parse_numbers<const N: usize>(text: &str, give: &str) -> Result<[f
     numbers.try_into().map_err(|_| give.to_owned())
 }
 
-/// Parses a point from three numbers separated by commas.
-pub(super) fn parse_point(text: &str) -> Result<[f64; 3], String> {
-    let numbers: [f64; 3] = parse_numbers(text, "give three numbers, as 0,0,0.05")?;
+/// Parses N finite numbers like [`parse_numbers`].
+pub(super) fn parse_finite<const N: usize>(text: &str, give: &str) -> Result<[f64; N], String> {
+    let numbers: [f64; N] = parse_numbers(text, give)?;
     match numbers.iter().all(|number| number.is_finite()) {
         true => Ok(numbers),
         false => Err("has to be finite".to_owned()),
     }
+}
+
+/// Parses a point from three numbers separated by commas.
+pub(super) fn parse_point(text: &str) -> Result<[f64; 3], String> {
+    parse_finite(text, "give three numbers, as 0,0,0.05")
 }
 
 /// Reads an input file in its format; see [`read_recording`].
@@ -136,9 +138,8 @@ pub(super) fn signal_source(input: &InputFileOrStream, cell: &Cell) -> SignalSou
 /// Returns the error of a recording's samples. Limits of the command line are a matter of usage.
 pub(super) fn count_error(file: &Path, error: CountError) -> CliError {
     match error {
-        CountError::Outside { .. } => CliError::Usage(format!("--{error}")),
-        CountError::NoneBetween { from, to, .. } => {
-            CliError::Usage(format!("--from {from} --to {to}: {error}"))
+        CountError::Outside { .. } | CountError::NoneBetween { .. } => {
+            CliError::Usage(error.to_string())
         }
         CountError::Windows(error) => CliError::from_configuration(error),
         error => CliError::in_file(file, error),

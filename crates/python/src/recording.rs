@@ -33,11 +33,14 @@ impl Recording {
         cell: &didim::cell::Cell,
         from_to: [Option<f64>; 2],
     ) -> PyResult<Vec<CountedPiece>> {
-        let record = (*self.record).clone();
-        let (parts, warnings) = count_samples(record, cell, from_to).map_err(errors::data)?;
-        for warning in warnings {
-            logging::log(python, tracing::Level::WARN, &warning)?;
-        }
+        let (record, mut logged) = ((*self.record).clone(), Ok(()));
+        let warn = |warning: String| {
+            if logged.is_ok() {
+                logged = logging::log(python, tracing::Level::WARN, &warning);
+            }
+        };
+        let parts = count_samples(record, cell, from_to, warn).map_err(errors::data)?;
+        logged?;
         if let Some(first) = parts.first()
             && first.piece.measurement.axes() != cell.robot.joints()
         {

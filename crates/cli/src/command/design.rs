@@ -16,7 +16,7 @@ use indicatif::ProgressBar;
 use crate::CliError;
 use crate::first_posture::read_first_posture;
 use crate::frame::{FrameOfLoads, note_lines};
-use crate::input::{parse_numbers, parse_point, parse_positive, read_robot};
+use crate::input::{parse_finite, parse_numbers, parse_point, parse_positive, read_robot};
 use crate::notes::print_note;
 use crate::output::{check_outputs, print, write_text};
 use crate::progress::style_bar;
@@ -159,10 +159,7 @@ pub(super) struct LimitShares {
 
 /// Parses a finite number.
 fn parse_height(text: &str) -> Result<f64, String> {
-    parse_numbers::<1>(text, "give one number").and_then(|[height_m]| match height_m.is_finite() {
-        true => Ok(height_m),
-        false => Err("has to be finite".to_owned()),
-    })
+    parse_finite(text, "give one number").map(|[height_m]| height_m)
 }
 
 /// Parses six numbers separated by commas.
@@ -404,10 +401,7 @@ impl Arguments {
             stored = Some(model);
         }
         let accelerations = self.within.accelerations(cell.robot.joints());
-        let first = match &self.start {
-            Some(file) => Some(read_first_posture(file, &cell.robot, Some(&cell))?),
-            None => None,
-        };
+        let first = self.first_posture(&cell.robot, Some(&cell))?;
         let frame = self.frame.of_cell(&cell)?;
         print_note(&note_lines(&frame.findings(self.declared_centre_m.is_some())));
         let wanted = self.wanted(accelerations.as_deref(), (Some(&frame), first.as_deref()));
@@ -429,16 +423,23 @@ impl Arguments {
             CliError::from_configuration(CellError::BaseParameters { file, source: error })
         })?;
         let accelerations = self.within.accelerations(robot.joints());
-        let first = match &self.start {
-            Some(file) => Some(read_first_posture(file, robot, None)?),
-            None => None,
-        };
+        let first = self.first_posture(robot, None)?;
         let wanted = self.wanted(accelerations.as_deref(), (None, first.as_deref()));
         let assignment = Assignment::of_robot((file, &source), &base, &wanted);
         let joints = joint_names(source.urdf.as_ref(), robot.joints());
         let assignment = assignment.map_err(CliError::from_configuration)?;
         let (robot, identified) = (source.robot, None);
         Ok(DesignSubject { robot, joints, assignment, identified })
+    }
+
+    /// Reads the first posture, if a file is given.
+    fn first_posture(
+        &self,
+        robot: &Robot,
+        cell: Option<&Cell>,
+    ) -> Result<Option<Vec<f64>>, CliError> {
+        let file = self.start.as_deref();
+        file.map(|file| read_first_posture(file, robot, cell)).transpose()
     }
 
     /// Returns the request, with the frame of the load if there is one, and the first posture.
