@@ -326,11 +326,16 @@ fn write_files(
     if let Some(path) = &arguments.figure {
         write_figure(path, cell, identification)?;
     }
+    if arguments.report.is_none() && arguments.state.is_none() {
+        return Ok(arguments.next_command(inputs));
+    }
+    let files: Vec<InputFile> =
+        inputs.iter().map(InputFileOrStream::input_file).collect::<Result<_, _>>()?;
     if let Some(path) = &arguments.report {
-        store_report(path, cell, inputs, reported, identification, predicted)?;
+        store_report(path, cell, &files, reported, (identification, predicted))?;
     }
     let Some(folder) = &arguments.state else { return Ok(arguments.next_command(inputs)) };
-    let stored = store_in_history(folder, cell, inputs, reported, &identification.estimate)?;
+    let stored = store_in_history(folder, cell, &files, reported, &identification.estimate)?;
     if !arguments.json {
         print(&stored.message)?;
     }
@@ -341,12 +346,10 @@ fn write_files(
 fn store_in_history(
     folder: &Path,
     cell: &Cell,
-    inputs: &[InputFileOrStream],
+    files: &[InputFile],
     reported: &[RecordingEntry],
     estimate: &Estimate,
 ) -> Result<StoredResult, CliError> {
-    let files: Vec<InputFile> =
-        inputs.iter().map(InputFileOrStream::input_file).collect::<Result<_, _>>()?;
     let ranges = reported.iter().map(|of| (files[of.input].sha256.as_str(), of.range.counted()));
     let recordings = Recordings {
         counted_files: ranges.collect(),
@@ -357,7 +360,7 @@ fn store_in_history(
             _ => DriveReadings::default(),
         },
     };
-    store_result(folder, cell, estimate, (&files, &recordings))
+    store_result(folder, cell, estimate, (files, &recordings))
 }
 
 /// Adds the path of the cell file to an error in the configuration, and the path of the recording
@@ -462,17 +465,12 @@ fn show_recordings(
 fn store_report(
     path: &Path,
     cell: &Cell,
-    inputs: &[InputFileOrStream],
+    files: &[InputFile],
     reported: &[RecordingEntry],
-    identification: &Identification,
-    predicted: &[ExpectedParameter],
+    (identification, predicted): (&Identification, &[ExpectedParameter]),
 ) -> Result<(), CliError> {
-    let mut origins = Vec::with_capacity(reported.len());
-    for (index, input) in inputs.iter().enumerate() {
-        let input = input.input_file()?;
-        let pieces_of_input = reported.iter().filter(|piece| piece.input == index);
-        origins.extend(pieces_of_input.map(|piece| (input.clone(), piece.range.clone())));
-    }
+    let origin = |piece: &RecordingEntry| (files[piece.input].clone(), piece.range.clone());
+    let mut origins: Vec<_> = reported.iter().map(origin).collect();
     let (input, samples) = origins.remove(0);
     let origin = Origin { input: Some(input), samples, further_files: origins, note: None };
     let advice = &WorkIndicator::start("trying motions")
