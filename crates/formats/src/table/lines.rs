@@ -60,12 +60,17 @@ impl BufRead for LimitedLines {
 
 impl Read for LimitedLines {
     fn read(&mut self, output: &mut [u8]) -> io::Result<usize> {
-        let buffer = self.fill_buf()?;
-        let count = buffer.len().min(output.len());
-        output[..count].copy_from_slice(&buffer[..count]);
-        self.consume(count);
-        Ok(count)
+        read_buffered(self, output)
     }
+}
+
+/// Reads from the buffer of an input: [`Read::read`] of an input that implements [`BufRead`].
+pub(super) fn read_buffered(input: &mut impl BufRead, output: &mut [u8]) -> io::Result<usize> {
+    let buffer = input.fill_buf()?;
+    let count = buffer.len().min(output.len());
+    output[..count].copy_from_slice(&buffer[..count]);
+    input.consume(count);
+    Ok(count)
 }
 
 #[cfg(test)]

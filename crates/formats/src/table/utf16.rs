@@ -4,6 +4,8 @@ use std::io::{self, BufRead, Read};
 
 use encoding_rs::{Decoder, Encoding};
 
+use super::lines::read_buffered;
+
 /// Size of the buffer of decoded text \[bytes\].
 const BUFFER_BYTES: usize = 1 << 15;
 
@@ -50,11 +52,7 @@ impl<R: BufRead> BufRead for Utf16Reader<R> {
 
 impl<R: BufRead> Read for Utf16Reader<R> {
     fn read(&mut self, output: &mut [u8]) -> io::Result<usize> {
-        let buffer = self.fill_buf()?;
-        let count = buffer.len().min(output.len());
-        output[..count].copy_from_slice(&buffer[..count]);
-        self.consume(count);
-        Ok(count)
+        read_buffered(self, output)
     }
 }
 
