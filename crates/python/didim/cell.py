@@ -215,7 +215,7 @@ class Robot(_Dynamics):
         settings = {
             "method": "idim-ls",
             "position_filter": {"cutoff_hz": "auto"},
-            "decimation_filter": {"factor": max(10, round(sample_rate / 25.0))},
+            "decimation_filter": {"factor": int(_native.Cell.usual_samples_per_row(sample_rate))},
             **identification,
         }
         sections: dict[str, Any] = {

@@ -291,11 +291,7 @@ class Result:
             UsageError: The format is unknown.
             IdentificationError: No physically consistent parameters are near, or the robot has no nominal bodies.
         """
-        text, _ = self._native.export(format, name)
-        if path is not None:
-            with open(path, "w", encoding="utf-8") as file:
-                file.write(text)
-        return text
+        return self._native.export(format, name, None if path is None else fspath(path))
 
     def save(self, path: str | PathLike[str]) -> None:
         """Writes the result to a file, which ``didim predict``, ``advise`` and ``export`` read."""

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use didim::cell::{Library, RobotSource, UrdfSection};
+use didim::proposal::usual_samples_per_row;
 use didim_dynamics::dynamics::{Model, Workspace};
 use didim_dynamics::robot::JointIndex;
 use numpy::ndarray::{Array2, Array3};
@@ -78,6 +79,12 @@ impl Cell {
         let texts = [(CELL_NAME, text.as_str()), (robot_file, robot)];
         let cell = didim::cell::Cell::from_library(Library::Texts(&texts), CELL_NAME.as_ref());
         Ok(Self { cell: Arc::new(cell.map_err(errors::configuration)?) })
+    }
+
+    /// The usual number of samples per row at a sample rate \[Hz\].
+    #[staticmethod]
+    fn usual_samples_per_row(sample_rate: f64) -> f64 {
+        usual_samples_per_row(sample_rate)
     }
 
     /// Number of joints of the arm in a URDF.
@@ -174,19 +181,12 @@ impl Cell {
     ) -> PyResult<Bound<'py, PyArray3<f64>>> {
         let rows = self.check_motion([("q", &q), ("dq", &dq), ("ddq", &ddq)])?;
         let (joints, width) = (self.joints(), self.model().parameter_names().len());
-        let motion = [q.as_array(), dq.as_array(), ddq.as_array()];
+        let model = self.model();
         let mut out = vec![0.0; rows * joints * width];
-        python.detach(|| {
-            let mut work = Workspace::new();
-            let mut of_row = [vec![0.0; joints], vec![0.0; joints], vec![0.0; joints]];
-            for (row, out) in out.chunks_exact_mut(joints * width).enumerate() {
-                for (from, to) in motion.iter().zip(&mut of_row) {
-                    copy_row(from, row, to);
-                }
-                let [q, dq, ddq] = &of_row;
-                self.model().regressor(&mut work, q, dq, ddq, out);
-            }
-        });
+        let of_row = |work: &mut Workspace<f64>, [q, dq, ddq]: [&[f64]; 3], out: &mut [f64]| {
+            model.regressor(work, q, dq, ddq, out);
+        };
+        for_each_row(python, [&q, &dq, &ddq], &mut out, of_row);
         let out = Array3::from_shape_vec((rows, joints, width), out).map_err(errors::usage)?;
         Ok(out.to_pyarray(python))
     }
@@ -202,19 +202,12 @@ impl Cell {
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let rows = self.check_motion([("q", &q), ("dq", &dq), ("ddq", &ddq)])?;
         let (joints, standard) = (self.joints(), self.standard(&parameters)?);
-        let motion = [q.as_array(), dq.as_array(), ddq.as_array()];
+        let model = self.model();
         let mut out = vec![0.0; rows * joints];
-        python.detach(|| {
-            let mut work = Workspace::new();
-            let mut of_row = [vec![0.0; joints], vec![0.0; joints], vec![0.0; joints]];
-            for (row, out) in out.chunks_exact_mut(joints).enumerate() {
-                for (from, to) in motion.iter().zip(&mut of_row) {
-                    copy_row(from, row, to);
-                }
-                let [q, dq, ddq] = &of_row;
-                self.model().inverse_dynamics(&mut work, &standard, q, dq, ddq, out);
-            }
-        });
+        let of_row = |work: &mut Workspace<f64>, [q, dq, ddq]: [&[f64]; 3], out: &mut [f64]| {
+            model.inverse_dynamics(work, &standard, q, dq, ddq, out);
+        };
+        for_each_row(python, [&q, &dq, &ddq], &mut out, of_row);
         let out = Array2::from_shape_vec((rows, joints), out).map_err(errors::usage)?;
         Ok(out.to_pyarray(python))
     }
@@ -228,17 +221,39 @@ impl Cell {
     ) -> PyResult<Bound<'py, PyArray3<f64>>> {
         check_shape("q", &q, (None, self.joints()))?;
         let (joints, standard) = (self.joints(), self.standard(&parameters)?);
-        let positions = q.as_array();
-        let mut out = vec![0.0; positions.nrows() * joints * joints];
-        python.detach(|| {
-            let (mut work, mut posture) = (Workspace::new(), vec![0.0; joints]);
-            for (row, out) in out.chunks_exact_mut(joints * joints).enumerate() {
-                copy_row(&positions, row, &mut posture);
-                self.model().mass_matrix(&mut work, &standard, &posture, out);
-            }
-        });
-        let shape = (positions.nrows(), joints, joints);
+        let (model, rows) = (self.model(), q.as_array().nrows());
+        let mut out = vec![0.0; rows * joints * joints];
+        let of_row = |work: &mut Workspace<f64>, [q]: [&[f64]; 1], out: &mut [f64]| {
+            model.mass_matrix(work, &standard, q, out);
+        };
+        for_each_row(python, [&q], &mut out, of_row);
+        let shape = (rows, joints, joints);
         let out = Array3::from_shape_vec(shape, out).map_err(errors::usage)?;
         Ok(out.to_pyarray(python))
     }
+}
+
+/// Computes the output of each row of arrays with one shape, without the interpreter's lock.
+fn for_each_row<const N: usize>(
+    python: Python<'_>,
+    arrays: [&Rows<'_>; N],
+    out: &mut [f64],
+    of_row: impl Fn(&mut Workspace<f64>, [&[f64]; N], &mut [f64]) + Sync,
+) {
+    let arrays = arrays.map(|rows| rows.as_array());
+    let rows = arrays[0].nrows();
+    if rows == 0 {
+        return;
+    }
+    let width = out.len() / rows;
+    python.detach(|| {
+        let mut work = Workspace::new();
+        let mut values = arrays.map(|array| vec![0.0; array.ncols()]);
+        for (row, out) in out.chunks_exact_mut(width).enumerate() {
+            for (from, to) in arrays.iter().zip(&mut values) {
+                copy_row(from, row, to);
+            }
+            of_row(&mut work, values.each_ref().map(Vec::as_slice), out);
+        }
+    });
 }

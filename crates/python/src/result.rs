@@ -87,14 +87,9 @@ impl Result {
         Ok((json, predicted.time_s.to_pyarray(python), measured, of_model))
     }
 
-    /// Returns the model in a format of `didim export`, and the names of what it cannot express.
-    #[pyo3(signature = (format, name="arm", total_mass=None))]
-    fn export(
-        &self,
-        format: &str,
-        name: &str,
-        total_mass: Option<f64>,
-    ) -> PyResult<(String, Vec<String>)> {
+    /// Returns the model in a format of `didim export`, and writes it to a file if one is named.
+    #[pyo3(signature = (format, name="arm", path=None))]
+    fn export(&self, format: &str, name: &str, path: Option<PathBuf>) -> PyResult<String> {
         let of_name = |of: &Format| of.name() == format;
         let format = Format::ALL.into_iter().find(of_name).ok_or_else(|| {
             let names = Format::ALL.map(Format::name).join(", ");
@@ -103,11 +98,13 @@ impl Result {
         let cell = didim::cell::Cell::clone(&self.cell);
         let (model, cell) = StoredModel::parse(self.json()?.as_bytes(), "result".as_ref(), cell)
             .map_err(errors::identification)?;
-        let consistent = ConsistentModel::from_result(&cell, &model, total_mass)
-            .map_err(errors::identification)?;
+        let consistent =
+            ConsistentModel::from_result(&cell, &model, None).map_err(errors::identification)?;
         let exported = consistent.write(format, name).map_err(errors::identification)?;
-        let left_out = exported.left_out.iter().map(ToString::to_string).collect();
-        Ok((exported.text, left_out))
+        if let Some(path) = path {
+            write(&path, &exported.text)?;
+        }
+        Ok(exported.text)
     }
 
     /// Writes the report (one HTML file).
