@@ -65,6 +65,7 @@ fn nothing_is_allocated_per_frame() {
     // A reader that never reads: the buffer overflows all the time, the costliest case.
     let _reader = reader(&network);
     let options = options(&network, Pace::Live);
+    let start = Instant::now();
     let acquisition = Acquisition::start(&options, source, assembler(), &shared).unwrap();
     // A recorder that never writes: its queue is full most of the time, which is counted.
     let (tap, mut recorded, unrecorded) = frame_queue();
@@ -81,8 +82,7 @@ fn nothing_is_allocated_per_frame() {
     }
     let cost = allocation_counter::measure(|| while acquisition.step().unwrap().is_none() {});
     bus.join().unwrap();
-    // The library's loan of a slot takes one small block and gives it back, per batch of 64.
-    assert!(cost.count_total <= 60_000 / 64, "{cost:?}");
+    // The library's loan of a slot takes one small block and gives it back, per batch.
     assert_eq!(cost.bytes_total, 48 * cost.count_total, "{cost:?}");
     assert_eq!(counted(&shared), 60_000, "the latencies are part of it");
     // The slot being filled may still be on loan, or have been before.
@@ -95,7 +95,11 @@ fn nothing_is_allocated_per_frame() {
     assert!(
         queued.iter().zip(0..).all(|(of, n)| of.sequence == n && of.frame == expected[n as usize])
     );
-    assert_eq!(counts.batches, 60_000_u64.div_ceil(64) + 1, "all full, but the last, and the end");
+    // All are full but the last one, the end, and those that a late sender left at their age.
+    let full = 60_000_u64.div_ceil(64) + 1;
+    let aged = start.elapsed().as_millis() as u64 / 50;
+    assert!((full..=full + aged).contains(&counts.batches), "{counts:?}, {aged}");
+    assert!(cost.count_total <= counts.batches, "{cost:?}, {counts:?}");
 }
 
 /// Where the test above never waits, this bus makes the thread wait for almost every frame.
