@@ -33,6 +33,15 @@ use tracing::level_filters::LevelFilter;
 pub use command::manual::{Generated, completions, documents, man_pages, schemas};
 pub use error::CliError;
 
+/// Version, commit and features, one a line. build.rs finds the last two.
+const LONG_VERSION: &str = concat!(
+    env!("CARGO_PKG_VERSION"),
+    "\ncommit: ",
+    env!("DIDIM_BUILT_COMMIT"),
+    "\nfeatures: ",
+    env!("DIDIM_BUILT_FEATURES")
+);
+
 /// Identifies a robot's dynamic parameters, with their uncertainty, from the frames on its drive
 /// bus.
 #[derive(Debug, Parser)]
@@ -51,7 +60,7 @@ pub fn command() -> clap::Command {
 
 /// Reads the arguments of the process, runs the command and returns its exit code.
 pub fn main() -> ExitCode {
-    let matches = command().try_get_matches();
+    let matches = command().long_version(LONG_VERSION).try_get_matches();
     let read = matches.and_then(|of| Ok((Arguments::from_arg_matches(&of)?, takes_default(&of))));
     let (arguments, takes_default) = match read {
         Ok(read) => read,

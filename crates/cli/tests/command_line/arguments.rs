@@ -94,7 +94,16 @@ fn help_and_version_go_to_stdout() {
         let of_command = didim(&[command, "--help"]).done();
         assert!(!of_command.contains('\\'), "{of_command}");
     }
-    assert_eq!(didim(&["--version"]).done(), format!("didim {}\n", env!("CARGO_PKG_VERSION")));
+    assert_eq!(didim(&["-V"]).done(), format!("didim {}\n", env!("CARGO_PKG_VERSION")));
+    let version = didim(&["--version"]).done();
+    let lines: Vec<&str> = version.lines().collect();
+    let [first, commit, features] = lines[..] else { panic!("{version}") };
+    assert_eq!(first, format!("didim {}", env!("CARGO_PKG_VERSION")));
+    let commit = commit.strip_prefix("commit: ").unwrap();
+    let is_commit = commit.len() == 12 && commit.chars().all(|digit| digit.is_ascii_hexdigit());
+    assert!(is_commit || commit.starts_with("unknown"), "{version}");
+    assert_eq!(features.contains("parquet"), cfg!(feature = "parquet"), "{version}");
+    assert_eq!(features.contains("sqlite"), cfg!(feature = "sqlite"), "{version}");
 }
 
 #[test]
