@@ -48,3 +48,55 @@ as_didim() {
     inside setpriv --reuid=didim --regid=didim --init-groups --no-new-privs --bounding-set=-all \
         --inh-caps=-all -- "$@"
 }
+
+# Tests of a suite, named in `suite`: how many passed, failed and were skipped.
+passed=0 failed=0 skipped=0 mounted=()
+
+cleanup() {
+    local at
+    for at in "${mounted[@]}"; do
+        umount --lazy "$at" 2>/dev/null || true
+    done
+    [[ -z ${bare:-} ]] || rm -rf --one-file-system "$bare"
+}
+
+# try NAME COMMAND… : one test.
+try() {
+    local name=$1 output
+    shift
+    if output=$("$@" 2>&1); then
+        printf 'test %s: %s ... ok\n' "$suite" "$name"
+        ((passed += 1))
+    else
+        printf 'test %s: %s ... FAILED\n%s\n' "$suite" "$name" "$output"
+        ((failed += 1))
+    fi
+}
+
+skip() {
+    printf 'test %s: %s ... ignored, %s\n' "$suite" "$1" "$2"
+    ((skipped += 1))
+}
+
+finish() {
+    printf '\ntest result: %d passed; %d failed; %d ignored\n' "$passed" "$failed" "$skipped"
+    exit $((failed != 0))
+}
+
+# prepare_bare [PACKAGE…] : a bare system in which programs run, in `bare`.
+prepare_bare() {
+    bare=$(mktemp -d)
+    chmod 755 "$bare"
+    make_bare_archive "$@" || return 1
+    unpack_bare
+    mkdir -p "$bare"/{proc,dev/shm,tmp}
+    mount -t proc proc "$bare/proc" && mounted+=("$bare/proc")
+    mount -t tmpfs tmpfs "$bare/dev" && mounted=("$bare/dev" "${mounted[@]}")
+    mkdir -m 1777 "$bare/dev/shm"
+    local device
+    for device in 'null 1 3' 'zero 1 5' 'random 1 8' 'urandom 1 9'; do
+        # shellcheck disable=SC2086 # name, major, minor
+        set -- $device
+        mknod -m 666 "$bare/dev/$1" c "$2" "$3"
+    done
+}

@@ -1,6 +1,5 @@
 //! Free memory.
 
-use rustix::process::{Resource, getrlimit};
 use sysinfo::{
     MemoryRefreshKind, Pid, Process, ProcessRefreshKind, ProcessesToUpdate, RefreshKind, System,
 };
@@ -15,6 +14,18 @@ pub(crate) fn free_memory() -> u64 {
     system.refresh_processes_specifics(ProcessesToUpdate::Some(&[process]), false, nothing);
     let of_group = system.process(process).and_then(Process::cgroup_limits);
     let of_group = of_group.or_else(|| system.cgroup_limits()).map(|limits| limits.free_memory);
-    let limits = [of_group, getrlimit(Resource::Data).current];
+    let limits = [of_group, data_limit()];
     limits.into_iter().flatten().fold(system.available_memory(), u64::min)
+}
+
+/// Returns the limit of a process's data that a shell or a unit has set \[bytes\].
+#[cfg(unix)]
+fn data_limit() -> Option<u64> {
+    use rustix::process::{Resource, getrlimit};
+    getrlimit(Resource::Data).current
+}
+
+#[cfg(not(unix))]
+fn data_limit() -> Option<u64> {
+    None
 }
