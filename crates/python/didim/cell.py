@@ -143,11 +143,11 @@ class Robot(_Dynamics):
     Create one by :meth:`from_urdf` or :meth:`from_file`.
     """
 
-    def __init__(self, file_name: str, text: str, urdf: dict[str, Any] | None) -> None:
-        self._file_name = file_name
-        self._text = text
+    def __init__(self, path: str | PathLike[str], urdf: dict[str, Any] | None) -> None:
+        self._file = str(Path(path).absolute())
+        self._text = _text(path)
         self._urdf = urdf
-        self._native = self.cell(_ANY_RATE)._native
+        self._native = self._any_cell()._native
 
     def __repr__(self) -> str:
         return f"<didim.Robot {self.name}: {', '.join(self.joint_names)}>"
@@ -193,7 +193,7 @@ class Robot(_Dynamics):
         urdf.update({key: value for key, value in chosen.items() if value is not None})
         if gear_ratios is None:
             urdf["gear_ratios"] = _ones(path, urdf)
-        return cls(Path(path).name, _text(path), urdf)
+        return cls(path, urdf)
 
     @classmethod
     def from_file(cls, path: str | PathLike[str]) -> Robot:
@@ -202,7 +202,7 @@ class Robot(_Dynamics):
         Raises:
             ConfigurationError: The file cannot be read, or a key is wrong.
         """
-        return cls(Path(path).name, _text(path), None)
+        return cls(path, None)
 
     def cell(self, sample_rate: float, **identification: Any) -> Cell:
         """Returns a cell for recordings of this robot: measured torques of its joints, without a bus.
@@ -220,20 +220,27 @@ class Robot(_Dynamics):
         }
         sections: dict[str, Any] = {
             "name": "python",
-            "robot": self._file_name,
+            "robot": self._file,
             "data": {"rate_hz": sample_rate, "torque_valid": "instant"},
             "identification": settings,
         }
         if self._urdf is not None:
             sections["urdf"] = self._urdf
-        return Cell(_native.Cell.from_json(json.dumps(sections), self._file_name, self._text))
+        text = json.dumps(sections)
+        return Cell(_native.Cell.from_json(text, self._file, self._text), text=_native.Cell.toml(text))
+
+    def _any_cell(self) -> Cell:
+        """Returns a cell for work without a recording, for example to design a motion."""
+        return self.cell(_ANY_RATE)
 
 
 class Cell(_Dynamics):
     """A robot with the layout of its recordings and the settings of its identification: the content of a cell file."""
 
-    def __init__(self, native: _native.Cell) -> None:
+    def __init__(self, native: _native.Cell, *, file: Path | None = None, text: str = "") -> None:
         self._native = native
+        self._file = file
+        self._text = text
 
     def __repr__(self) -> str:
         return f"<didim.Cell {self.name}: {self._native.robot}, {self.sample_rate:g} Hz, {self.method}>"
@@ -245,7 +252,17 @@ class Cell(_Dynamics):
         Raises:
             ConfigurationError: A file cannot be read, or a key is wrong. The message names file, line and key.
         """
-        return cls(_native.Cell.read(fspath(path)))
+        return cls(_native.Cell.read(fspath(path)), file=Path(path).absolute())
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Writes the cell file of a robot's cell for the program. It names the robot's file.
+
+        Raises:
+            UsageError: The cell was read from a file, which may name others.
+        """
+        if self._file is not None:
+            raise UsageError(f"the cell is that of {self._file}; use this file")
+        Path(path).write_text(self._text, encoding="utf-8")
 
     @property
     def name(self) -> str:

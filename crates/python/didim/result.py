@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import html
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from os import PathLike, fspath
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,105 +14,7 @@ from numpy.typing import NDArray
 from . import _native
 from .cell import Cell, Robot
 from .recording import Recording
-
-if TYPE_CHECKING:
-    import pandas as pd
-
-
-@dataclass(frozen=True)
-class Parameter:
-    """An identified parameter.
-
-    Attributes:
-        name: Its name, for example ``zz1r`` or ``fc_m6``.
-        unit: SI unit of value and standard deviations.
-        value: The estimate.
-        standard_deviation: Statistical standard deviation, corrected for the colour of the residuals.
-        combined_standard_deviation: Combined standard uncertainty: with the uncertainty of what the cell configures.
-    """
-
-    name: str
-    unit: str
-    value: float
-    standard_deviation: float
-    combined_standard_deviation: float
-
-
-class Parameters(Sequence[Parameter]):
-    """Identified parameters, by position or by name."""
-
-    def __init__(self, parameters: list[Parameter]) -> None:
-        self._all = parameters
-
-    def __len__(self) -> int:
-        return len(self._all)
-
-    def __getitem__(self, key: Any) -> Any:
-        if isinstance(key, str):
-            for parameter in self._all:
-                if parameter.name == key:
-                    return parameter
-            raise KeyError(key)
-        return self._all[key]
-
-    def __iter__(self) -> Iterator[Parameter]:
-        return iter(self._all)
-
-    @property
-    def names(self) -> list[str]:
-        """Names of the parameters."""
-        return [parameter.name for parameter in self._all]
-
-    @property
-    def units(self) -> list[str]:
-        """SI units of the parameters."""
-        return [parameter.unit for parameter in self._all]
-
-    @property
-    def values(self) -> NDArray[np.float64]:
-        """Values in SI units."""
-        return np.array([parameter.value for parameter in self._all])
-
-    @property
-    def standard_deviations(self) -> NDArray[np.float64]:
-        """Statistical standard deviations in SI units."""
-        return np.array([parameter.standard_deviation for parameter in self._all])
-
-    @property
-    def combined_standard_deviations(self) -> NDArray[np.float64]:
-        """Combined standard uncertainties in SI units."""
-        return np.array([parameter.combined_standard_deviation for parameter in self._all])
-
-    def to_frame(self) -> pd.DataFrame:
-        """Returns the parameters as a :class:`pandas.DataFrame` with the names as its index."""
-        import pandas as pd
-
-        columns = {
-            "unit": self.units,
-            "value": self.values,
-            "standard_deviation": self.standard_deviations,
-            "combined_standard_deviation": self.combined_standard_deviations,
-        }
-        return pd.DataFrame(columns, index=pd.Index(self.names, name="parameter"))
-
-    def _rows(self) -> list[list[str]]:
-        head = ["parameter", "value", "unit", "σ statistical", "σ combined"]
-        return [head] + [
-            [of.name, f"{of.value:.6g}", of.unit, f"{of.standard_deviation:.2g}", f"{of.combined_standard_deviation:.2g}"]
-            for of in self._all
-        ]
-
-    def __repr__(self) -> str:
-        rows = self._rows()
-        widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
-        cells = [[cell.ljust(width) for cell, width in zip(row, widths)] for row in rows]
-        return "\n".join("  ".join(row).rstrip() for row in cells)
-
-    def _repr_html_(self) -> str:
-        head, *body = self._rows()
-        heads = "".join(f"<th>{html.escape(cell)}</th>" for cell in head)
-        rows = "".join("<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in row) + "</tr>" for row in body)
-        return f"<table><thead><tr>{heads}</tr></thead><tbody>{rows}</tbody></table>"
+from .table import Parameters
 
 
 @dataclass(frozen=True)
@@ -191,11 +92,27 @@ class Prediction:
     data: dict[str, Any]
 
 
+class ExportedModel(str):
+    """The text of an exported model.
+
+    Attributes:
+        left_out: Parts of the model that the format cannot hold.
+    """
+
+    left_out: list[str]
+
+    def __new__(cls, text: str, left_out: list[str]) -> ExportedModel:
+        model = super().__new__(cls, text)
+        model.left_out = left_out
+        return model
+
+
 class Result:
     """An identified robot. Create one by :func:`identify`."""
 
-    def __init__(self, native: _native.Result) -> None:
+    def __init__(self, native: _native.Result, cell: Cell) -> None:
         self._native = native
+        self._cell = cell
         #: The JSON object of ``didim identify --json``, without the data of the recordings.
         self.data: dict[str, Any] = json.loads(native.json())
 
@@ -209,22 +126,7 @@ class Result:
     @property
     def parameters(self) -> Parameters:
         """The parameters, in the model's order."""
-
-        def number(value: float | None) -> float:
-            return float("nan") if value is None else value
-
-        return Parameters(
-            [
-                Parameter(
-                    of["name"],
-                    of["unit"],
-                    number(of["value"]),
-                    number(of["standard_deviation"]),
-                    number(of["combined_standard_deviation"]),
-                )
-                for of in self.data["parameters"]
-            ]
-        )
+        return Parameters._of(self.data["parameters"])
 
     @property
     def covariance(self) -> NDArray[np.float64] | None:
@@ -279,19 +181,30 @@ class Result:
         expected = None if expected is None else expected["relative_error"]
         return Prediction(time, measured, predicted, found["relative_error"], expected, found)
 
-    def export(self, format: str, path: str | PathLike[str] | None = None, *, name: str = "arm") -> str:
+    def export(
+        self,
+        format: str,
+        path: str | PathLike[str] | None = None,
+        *,
+        name: str = "arm",
+        total_mass_kg: float | None = None,
+    ) -> ExportedModel:
         """Returns the model as text, with physically consistent parameters.
+
+        The notes of ``didim export`` go to the logger ``didim``.
 
         Args:
             format: ``"urdf"``, ``"mjcf"``, ``"toml"``, ``"json"``, ``"matlab"``, ``"c"`` or ``"rust"``.
             path: File to write as well.
             name: Name of the model in the text.
+            total_mass_kg: Mass of all moving links from the data sheet [kg], for a robot without nominal bodies.
 
         Raises:
             UsageError: The format is unknown.
             IdentificationError: No physically consistent parameters are near, or the robot has no nominal bodies.
         """
-        return self._native.export(format, name, None if path is None else fspath(path))
+        file = None if path is None else fspath(path)
+        return ExportedModel(*self._native.export(format, name, file, total_mass_kg))
 
     def save(self, path: str | PathLike[str]) -> None:
         """Writes the result to a file, which ``didim predict``, ``advise`` and ``export`` read."""
@@ -359,4 +272,4 @@ def identify(
         raise _native.UsageError(f"`{next(iter(identification))}` is a key of the cell; change the cell")
     else:
         cell = robot
-    return Result(_native.identify(cell._native, natives, method, start, end))
+    return Result(_native.identify(cell._native, natives, method, start, end), cell)

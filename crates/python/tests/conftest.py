@@ -67,9 +67,12 @@ def motion(seed: int, seconds: float = 20.0, rate: float = 500.0) -> tuple[np.nd
     return (time, *signals)
 
 
-def recording(robot: didim.Robot, seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def recording(
+    robot: didim.Robot, seed: int, values: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Times, positions and torques of the simulated arm, with noise."""
     time, q, dq, ddq = motion(seed)
     random = np.random.default_rng(1000 + seed)
-    torque = robot.inverse_dynamics(q, dq, ddq, truth(robot)) + random.normal(0.0, [1.0, 0.4], q.shape)
+    values = truth(robot) if values is None else values
+    torque = robot.inverse_dynamics(q, dq, ddq, values) + random.normal(0.0, [1.0, 0.4], q.shape)
     return time, q + random.normal(0.0, 2e-6, q.shape), torque

@@ -1,0 +1,152 @@
+"""Values with their uncertainty, and tables as text and HTML."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+def number(value: float | None) -> float:
+    """Returns a number of a JSON object; NaN for one that does not exist."""
+    return float("nan") if value is None else float(value)
+
+
+@dataclass(frozen=True)
+class UncertainValue:
+    """A value with its standard deviation, in one unit.
+
+    Attributes:
+        value: The value.
+        standard_deviation: Its standard deviation.
+    """
+
+    value: float
+    standard_deviation: float
+
+    @classmethod
+    def _of(cls, found: Mapping[str, Any] | None) -> UncertainValue | None:
+        return None if found is None else cls(number(found["value"]), number(found["standard_deviation"]))
+
+    def __str__(self) -> str:
+        return f"{self.value:.4g} ± {self.standard_deviation:.2g}"
+
+
+def text_table(rows: Sequence[Sequence[str]]) -> str:
+    """Returns rows of cells as aligned text; the first row is the head."""
+    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
+    cells = [[cell.ljust(width) for cell, width in zip(row, widths)] for row in rows]
+    return "\n".join("  ".join(row).rstrip() for row in cells)
+
+
+def html_table(rows: Sequence[Sequence[str]]) -> str:
+    """Returns rows of cells as an HTML table in the colours of the page; the first row is the head."""
+
+    def line(cells: Sequence[str], tag: str) -> str:
+        return "<tr>" + "".join(f"<{tag}>{html.escape(cell)}</{tag}>" for cell in cells) + "</tr>"
+
+    body = "".join(line(row, "td") for row in rows[1:])
+    return f"<table><thead>{line(rows[0], 'th')}</thead><tbody>{body}</tbody></table>"
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """An identified parameter.
+
+    Attributes:
+        name: Its name, for example ``zz1r`` or ``fc_m6``.
+        unit: SI unit of value and standard deviations.
+        value: The estimate.
+        standard_deviation: Statistical standard deviation, corrected for the colour of the residuals.
+        combined_standard_deviation: Combined standard uncertainty: with the uncertainty of what the cell configures.
+            NaN where a command states none.
+    """
+
+    name: str
+    unit: str
+    value: float
+    standard_deviation: float
+    combined_standard_deviation: float
+
+
+class Parameters(Sequence[Parameter]):
+    """Identified parameters, by position or by name."""
+
+    def __init__(self, parameters: Iterable[Parameter]) -> None:
+        self._all = list(parameters)
+
+    @classmethod
+    def _of(cls, found: Iterable[Mapping[str, Any]]) -> Parameters:
+        keys = ("value", "standard_deviation", "combined_standard_deviation")
+        return cls(Parameter(of["name"], of["unit"], *(number(of.get(key)) for key in keys)) for of in found)
+
+    def __len__(self) -> int:
+        return len(self._all)
+
+    def __getitem__(self, key: Any) -> Any:
+        if isinstance(key, str):
+            for parameter in self._all:
+                if parameter.name == key:
+                    return parameter
+            raise KeyError(key)
+        return self._all[key]
+
+    def __iter__(self) -> Iterator[Parameter]:
+        return iter(self._all)
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the parameters."""
+        return [parameter.name for parameter in self._all]
+
+    @property
+    def units(self) -> list[str]:
+        """SI units of the parameters."""
+        return [parameter.unit for parameter in self._all]
+
+    @property
+    def values(self) -> NDArray[np.float64]:
+        """Values in SI units."""
+        return np.array([parameter.value for parameter in self._all])
+
+    @property
+    def standard_deviations(self) -> NDArray[np.float64]:
+        """Statistical standard deviations in SI units."""
+        return np.array([parameter.standard_deviation for parameter in self._all])
+
+    @property
+    def combined_standard_deviations(self) -> NDArray[np.float64]:
+        """Combined standard uncertainties in SI units."""
+        return np.array([parameter.combined_standard_deviation for parameter in self._all])
+
+    def to_frame(self) -> pd.DataFrame:
+        """Returns the parameters as a :class:`pandas.DataFrame` with the names as its index."""
+        import pandas as pd
+
+        columns = {
+            "unit": self.units,
+            "value": self.values,
+            "standard_deviation": self.standard_deviations,
+            "combined_standard_deviation": self.combined_standard_deviations,
+        }
+        return pd.DataFrame(columns, index=pd.Index(self.names, name="parameter"))
+
+    def _rows(self) -> list[list[str]]:
+        head = ["parameter", "value", "unit", "σ statistical", "σ combined"]
+        return [head] + [
+            [of.name, f"{of.value:.6g}", of.unit, f"{of.standard_deviation:.2g}", f"{of.combined_standard_deviation:.2g}"]
+            for of in self._all
+        ]
+
+    def __repr__(self) -> str:
+        return text_table(self._rows())
+
+    def _repr_html_(self) -> str:
+        return html_table(self._rows())
