@@ -288,7 +288,9 @@ def _friction_keys(friction: Sequence[str] | Mapping[str, Any]) -> dict[str, Any
     if unknown:
         raise UsageError(f"friction term `{unknown[0]}` is unknown; known: {', '.join(FRICTION_TERMS)}")
     terms: dict[str, Any] = {term: term in friction for term in FRICTION_TERMS}
-    return {**terms, "sign": {"model": "tanh", "width_rad_s": 0.02}}
+    if "coulomb" in friction:
+        terms["sign"] = {"model": "tanh", "width_rad_s": 0.02}
+    return terms
 
 
 def _text(path: str | PathLike[str]) -> str:

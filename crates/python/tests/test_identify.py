@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 import gc
+import inspect
 import json
 import logging
+import signal
+import subprocess
+import sys
 import threading
 import time as clock
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -151,19 +156,63 @@ def test_other_threads_go_on_while_it_identifies(robot: didim.Robot) -> None:
     assert len({result._native.json() for result in results}) == 1, "the same input, the same bytes"
 
 
-def test_two_threads_identify_at_the_same_time(robot: didim.Robot) -> None:
-    texts: dict[int, str] = {}
+def test_threads_give_the_bytes_of_one_after_the_other(robot: didim.Robot) -> None:
+    data = {seed: didim.Recording(*recording(robot, seed)) for seed in (1, 2)}
 
-    def identify(seed: int) -> None:
-        data = didim.Recording(*recording(robot, seed))
-        texts[seed] = didim.identify(robot, data, position_filter={"cutoff_hz": 10.0})._native.json()
+    def identify(seed: int) -> str:
+        return didim.identify(robot, data[seed], position_filter={"cutoff_hz": 10.0})._native.json()
 
-    threads = [threading.Thread(target=identify, args=(seed,)) for seed in (1, 2)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    assert set(texts) == {1, 2} and texts[1] != texts[2]
+    alone = {seed: identify(seed) for seed in data}
+    with ThreadPoolExecutor(4) as threads:
+        together = list(threads.map(identify, [1, 2] * 4))
+    assert together == [alone[1], alone[2]] * 4 and alone[1] != alone[2]
+
+
+def test_an_interrupt_ends_the_wait(urdf: Path, tmp_path: Path) -> None:
+    program = tmp_path / "program.py"
+    program.write_text(
+        f"""
+import numpy as np, didim
+robot = didim.Robot.from_urdf({str(urdf)!r}, drive_inertia=True, friction=["viscous", "coulomb", "offset"])
+time = np.arange(300_000) / 500.0
+q = np.sin(np.outer(time, [1.0, 1.3])) + 0.3 * np.sin(np.outer(time, [3.1, 2.7]))
+data = didim.Recording(time, q, np.random.default_rng(1).normal(size=q.shape))
+print("begin", flush=True)
+try:
+    didim.identify(robot, data)
+except KeyboardInterrupt:
+    print("interrupted", flush=True)
+"""
+    )
+    running = subprocess.Popen([sys.executable, program], stdout=subprocess.PIPE, text=True)
+    assert running.stdout is not None and running.stdout.readline() == "begin\n"
+    clock.sleep(0.3)
+    running.send_signal(signal.SIGINT)
+    begin = clock.monotonic()
+    assert running.stdout.readline() == "interrupted\n"
+    assert clock.monotonic() - begin < 5.0
+    running.wait(60)
+
+
+def test_every_public_name_says_what_it_takes() -> None:
+    for name in didim.__all__:
+        of = getattr(didim, name)
+        if name.startswith("__"):
+            continue
+        assert of.__doc__, name
+        members = vars(of).items() if inspect.isclass(of) else [("", of)]
+        for member, value in members:
+            if member.startswith("_"):
+                continue
+            described = value.fget if isinstance(value, property) else getattr(value, "__func__", value)
+            if inspect.isfunction(described):
+                full = f"{name}.{member}"
+                text = inspect.getdoc(described) or ""
+                assert text, full
+                arguments = [of for of in inspect.signature(described).parameters if of not in ("self", "cls", "options")]
+                assert not arguments or "Args:" in text or len(arguments) == 1, full
+                for argument in arguments if "Args:" in text else []:
+                    assert f"{argument}: " in text, f"{full}: {argument}"
 
 
 def test_a_thousand_calls_leave_no_memory(robot: didim.Robot) -> None:
@@ -179,9 +228,17 @@ def test_a_thousand_calls_leave_no_memory(robot: didim.Robot) -> None:
         for _ in range(count):
             robot.regressor(q, dq, ddq)
             robot.inverse_dynamics(q, dq, ddq, values)
-            didim.Recording(np.arange(len(q)) / 500.0, q, dq)
+            didim.Recording(np.arange(len(q)) / 500.0, q, dq).position
 
-    calls(50)
-    before = resident_kib()
-    calls(1000)
-    assert resident_kib() - before < 8 * 1024, "1,000 calls of 0.3 MB each"
+    data = didim.Recording(*recording(robot, 1))
+
+    def identifications(count: int) -> None:
+        for _ in range(count):
+            result = didim.identify(robot, data, position_filter={"cutoff_hz": 10.0}, end=4.0)
+            result.predict(data), result.covariance, result.export("json")
+
+    for work, warm, count, kind in ((calls, 50, 1000, "calls of 0.3 MB"), (identifications, 5, 20, "identifications")):
+        work(warm)
+        before = resident_kib()
+        work(count)
+        assert resident_kib() - before < 8 * 1024, f"{count} {kind}"
