@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from os import PathLike, fspath
@@ -144,7 +145,7 @@ class Robot(_Dynamics):
     """
 
     def __init__(self, path: str | PathLike[str], urdf: dict[str, Any] | None) -> None:
-        self._file = str(Path(path).absolute())
+        self._file = os.path.abspath(path)
         self._text = _text(path)
         self._urdf = urdf
         self._native = self._any_cell()._native

@@ -19,26 +19,13 @@ from .cell import Cell, Robot
 from .program import Call, toml
 from .recording import Recording
 from .result import Finding, Result
-from .table import Parameters, UncertainValue, html_table, number, text_table
+from .table import Parameters, Table, UncertainValue, digits, number
 
 if TYPE_CHECKING:
     import pandas as pd
 
 _Path = str | PathLike[str]
 _Rows = list[list[str]]
-
-
-class _Table:
-    """An object that is shown as a table."""
-
-    def _rows(self) -> _Rows:
-        raise NotImplementedError
-
-    def __repr__(self) -> str:
-        return text_table(self._rows())
-
-    def _repr_html_(self) -> str:
-        return html_table(self._rows())
 
 
 def _findings(found: Sequence[Mapping[str, Any]]) -> list[Finding]:
@@ -203,7 +190,7 @@ def design(
 
 
 @dataclass(frozen=True, repr=False)
-class Payload(_Table):
+class Payload(Table):
     """A load on the last link.
 
     Values that the recording does not identify are ``None``.
@@ -249,7 +236,7 @@ class Payload(_Table):
         values = [("mass", "kg", self.mass), *axes, *(("inertia " + name, "kg·m²", of) for name, of in moments)]
         cells = [
             [name, "not identified", unit, ""] if of is None else
-            [name, f"{of.value:.4g}", unit, f"{of.standard_deviation:.2g}"]
+            [name, digits(of.value, 4), unit, digits(of.standard_deviation)]
             for name, unit, of in values
         ]
         return [["load" if self.present else "load (not seen)", "value", "unit", "σ"], *cells]
@@ -287,6 +274,8 @@ def payload(
     found = result._cell if cell is None and isinstance(result, Result) else cell
     if found is None:
         found = Path("cell.toml")
+    if isinstance(result, Result):
+        options = {"joints": result._joints, **options}
     with Call() as call:
         recording = call.recording(data)
         files = {"result": call.result(result), "input": recording["file"], "sample_rate": recording["sample_rate"]}
@@ -316,7 +305,7 @@ class DriveGain:
 
 
 @dataclass(frozen=True, repr=False)
-class Gains(_Table):
+class Gains(Table):
     """Torque gains of the drives.
 
     Attributes:
@@ -402,7 +391,7 @@ class MethodResult:
 
 
 @dataclass(frozen=True, repr=False)
-class Comparison(_Table):
+class Comparison(Table):
     """Methods on one experiment.
 
     Attributes:
@@ -487,7 +476,7 @@ def compare(
 
 
 @dataclass(frozen=True, repr=False)
-class History(_Table):
+class History(Table):
     """Results of one arm over time.
 
     Attributes:
@@ -549,7 +538,7 @@ def history(state: _Path, **options: Any) -> History:
 
 
 @dataclass(frozen=True, repr=False)
-class Fleet(_Table):
+class Fleet(Table):
     """Arms of one type.
 
     Attributes:
@@ -584,7 +573,7 @@ class Fleet(_Table):
 
     def _rows(self) -> _Rows:
         cells = [
-            [of["name"], f"{of['median']:.4g}", of["unit"], f"{of['scatter']:.2g}",
+            [of["name"], f"{of['median']:.4g}", of["unit"], digits(of["scatter"]),
              ", ".join(arm["arm"] for arm in of["arms"] if abs(number(arm["deviation"])) > of["limit"])]
             for of in self.parameters
         ]

@@ -8,7 +8,7 @@ import re
 import shutil
 import subprocess
 import sysconfig
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from os import PathLike, fspath
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -63,14 +63,19 @@ def _arguments(options: Mapping[str, Any]) -> list[str]:
     return arguments
 
 
-def _finish(line: list[str]) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(line, capture_output=True, text=True, encoding="utf-8")
+#: A line of the program's log: its time, its level and its message.
+_LOG_LINE = re.compile(r"\d{4}-\d\d-\d\dT\S+Z\s+(?P<level>ERROR|WARN|INFO|DEBUG|TRACE)\s+(?P<message>.*)")
+
+_LEVELS = {"ERROR": logging.ERROR, "WARN": logging.WARNING, "INFO": logging.INFO}
 
 
 def _log(notes: str) -> None:
     """Passes the notes of a run that succeeded on to the logger."""
-    for note in notes.splitlines():
-        if note.strip():
+    for note in filter(str.strip, notes.splitlines()):
+        logged = _LOG_LINE.match(note)
+        if logged:
+            _LOGGER.log(_LEVELS.get(logged["level"], logging.DEBUG), logged["message"])
+        else:
             is_hint = note.startswith("next: ")
             _LOGGER.log(logging.INFO if is_hint else logging.WARNING, note.removeprefix("note: "))
 
@@ -92,10 +97,21 @@ def run(command: str, *positional: str | PathLike[str], **options: Any) -> str:
     Example:
         >>> didim.run("baseline set", state="results")
     """
+    return _run(command, positional, options, str)
+
+
+def _run(
+    command: str,
+    positional: Sequence[str | PathLike[str]],
+    options: Mapping[str, Any],
+    rename: Callable[[str], str],
+) -> str:
+    """Runs a command; notes and messages are renamed."""
     words = [fspath(word) for word in positional]
-    done = _finish([_program(), *command.split(), *words, *_arguments(options)])
+    line = [_program(), *command.split(), *words, *_arguments(options)]
+    done = subprocess.run(line, capture_output=True, text=True, encoding="utf-8")
     if done.returncode == 0:
-        _log(done.stderr)
+        _log(rename(done.stderr))
         return done.stdout
     message = done.stderr.strip().removeprefix("didim: ")
     if done.returncode == 3:
@@ -174,7 +190,7 @@ class Call:
     def run(self, command: str, *positional: Path, **options: Any) -> str:
         """Runs the command as :func:`run`. A failure at a recording is a :class:`DataError`."""
         try:
-            return run(command, *positional, **options)
+            return _run(command, positional, options, self._rename)
         except NotUsable as error:
             raise NotUsable(self._message(error), error.data) from None
         except IdentificationError as error:
@@ -183,11 +199,15 @@ class Call:
         except Error as error:
             raise type(error)(self._message(error)) from None
 
-    def _message(self, error: Error) -> str:
-        """Returns the message with arguments of Python in place of files and options."""
-        text = str(error).split("\n\nUsage: ")[0]
+    def _rename(self, text: str) -> str:
+        """Returns a text with the names of arguments in place of temporary files."""
         for path, name in self._names.items():
             text = text.replace(path, name)
+        return text
+
+    def _message(self, error: Error) -> str:
+        """Returns the message with arguments of Python in place of files and options."""
+        text = self._rename(str(error).split("\n\nUsage: ")[0])
         return re.sub(r"(?<![\w-])--([a-z][a-z-]*)", lambda option: option[1].replace("-", "_"), text)
 
     def json(self, command: str, *positional: Path, **options: Any) -> Any:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from os import PathLike, fspath
 from typing import Any
 
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from . import _native
 from .cell import Cell, Robot
 from .recording import Recording
-from .table import Parameters
+from .table import Parameters, Table, digits
 
 
 @dataclass(frozen=True)
@@ -53,8 +53,8 @@ class UseVerdict:
     reasons: list[str]
 
 
-@dataclass(frozen=True)
-class Verdict:
+@dataclass(frozen=True, repr=False)
+class Verdict(Table):
     """Verdict for each use of a result.
 
     Attributes:
@@ -70,8 +70,20 @@ class Verdict:
     rigid_body: UseVerdict
     notes: list[str]
 
+    def _rows(self) -> list[list[str]]:
+        def number(value: float | None, unit: str) -> str:
+            return "–" if value is None else f"{digits(100.0 * value)} %" if unit == "1" else f"{digits(value)} {unit}"
 
-@dataclass(frozen=True)
+        words = {True: "yes", False: "no", None: "undecided"}
+        uses = [(of.name, getattr(self, of.name)) for of in fields(self)]
+        return [["use", "usable", "figure", "limit"]] + [
+            [name.replace("_", " "), words[of.usable], number(of.figure, of.unit), number(of.limit, of.unit)]
+            for name, of in uses
+            if isinstance(of, UseVerdict)
+        ]
+
+
+@dataclass(frozen=True, repr=False)
 class Prediction:
     """Torques of a recording, and those that a result predicts. Both passed the filters of the cell.
 
@@ -90,6 +102,15 @@ class Prediction:
     relative_error: float
     expected_error: float | None
     data: dict[str, Any]
+
+    def __repr__(self) -> str:
+        rows, joints = self.measured.shape
+        expected = "" if self.expected_error is None else f", expected {100.0 * self.expected_error:.2f} %"
+        return f"<didim.Prediction: {rows} rows of {joints} joints, error {100.0 * self.relative_error:.2f} %{expected}>"
+
+    def plot(self) -> Any:
+        """Draws measured and predicted torques of each joint with matplotlib. Returns the figure."""
+        return _figure(self.time, self.measured, self.predicted)
 
 
 class ExportedModel(str):
@@ -110,9 +131,10 @@ class ExportedModel(str):
 class Result:
     """An identified robot. Create one by :func:`identify`."""
 
-    def __init__(self, native: _native.Result, cell: Cell) -> None:
+    def __init__(self, native: _native.Result, cell: Cell, joints: list[str] | None = None) -> None:
         self._native = native
         self._cell = cell
+        self._joints = joints
         #: The JSON object of ``didim identify --json``, without the data of the recordings.
         self.data: dict[str, Any] = json.loads(native.json())
 
@@ -216,18 +238,36 @@ class Result:
 
     def plot(self) -> Any:
         """Draws measured and fitted torques of each joint with matplotlib. Returns the figure."""
-        import matplotlib.pyplot as plt
+        return _figure(*self._native.fit(), self._cell.joint_names)
 
-        time, measured, predicted = self._native.fit()
-        joints = measured.shape[1]
-        figure, axes = plt.subplots(joints, 1, sharex=True, squeeze=False, figsize=(8.0, 1.6 * joints))
-        for joint, axis in enumerate(axes[:, 0]):
-            axis.plot(time, measured[:, joint], label="measured", linewidth=0.8)
-            axis.plot(time, predicted[:, joint], label="model", linewidth=0.8)
-            axis.set_ylabel(f"joint {joint + 1} [N·m or N]")
-        axes[0, 0].legend(loc="upper right")
-        axes[-1, 0].set_xlabel("time [s]")
-        return figure
+
+def _figure(
+    time: NDArray[np.float64],
+    measured: NDArray[np.float64],
+    predicted: NDArray[np.float64],
+    names: Sequence[str] | None = None,
+) -> Any:
+    import matplotlib.pyplot as plt
+
+    joints = measured.shape[1]
+    size = (8.0, 1.0 + 1.3 * joints)
+    figure, axes = plt.subplots(joints, 1, sharex=True, squeeze=False, figsize=size, layout="constrained")
+    for joint, axis in enumerate(axes[:, 0]):
+        for label, torque in (("measured", measured), ("model", predicted)):
+            # A gap of several pieces is no line.
+            axis.plot(*_with_gaps(time, torque[:, joint]), label=label, linewidth=0.8)
+        axis.set_ylabel(names[joint] if names else f"joint {joint + 1}", fontsize="small")
+    figure.supylabel("torque [N·m], force [N]")
+    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper right", fontsize="small", ncols=2)
+    axes[-1, 0].set_xlabel("time [s]")
+    return figure
+
+
+def _with_gaps(time: NDArray[np.float64], signal: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Returns the signal with NaN where rows are missing."""
+    steps = np.diff(time)
+    gaps = 1 + np.flatnonzero((steps > 1.5 * np.median(steps)) | (steps < 0.0))
+    return np.insert(time, gaps, np.nan), np.insert(signal, gaps, np.nan)
 
 
 def _natives(data: Recording | Sequence[Recording]) -> list[_native.Recording]:
@@ -244,6 +284,7 @@ def identify(
     *,
     start: float | None = None,
     end: float | None = None,
+    joints: Sequence[int | str] | None = None,
     **identification: Any,
 ) -> Result:
     """Identifies the parameters of a robot from one recording or several of the same arm.
@@ -254,10 +295,12 @@ def identify(
         method: ``"idim-ls"``, ``"idim-iv"``, ``"clie"``, ``"cloe"`` or ``"didim"``; the cell's if left out.
         start: Start of the samples that count [s after the first]; earlier ones are margin for the filters.
         end: End of the samples that count [s after the first].
+        joints: Joints whose torques are used, by number from 1 or by name; all if left out.
         identification: Keys of ``[identification]`` in a cell file, as :meth:`Robot.cell` takes them.
 
     Raises:
         DataError: A recording does not fit the robot.
+        UsageError: The arm has no such joint, or the method is unknown.
         IdentificationError: The method refused the data or failed.
         ConfigurationError: A setting is wrong.
 
@@ -272,4 +315,6 @@ def identify(
         raise _native.UsageError(f"`{next(iter(identification))}` is a key of the cell; change the cell")
     else:
         cell = robot
-    return Result(_native.identify(cell._native, natives, method, start, end), cell)
+    names = None if joints is None else [str(joint) for joint in joints]
+    native = cell._native if names is None else cell._native.with_torque_joints(names)
+    return Result(_native.identify(native, natives, method, start, end), cell, names)

@@ -19,6 +19,11 @@ def number(value: float | None) -> float:
     return float("nan") if value is None else float(value)
 
 
+def digits(value: float, count: int = 2) -> str:
+    """Returns a number with so many significant digits, without an exponent up to a million."""
+    return f"{float(f'{value:.{count}g}'):.12g}"
+
+
 @dataclass(frozen=True)
 class UncertainValue:
     """A value with its standard deviation, in one unit.
@@ -36,24 +41,29 @@ class UncertainValue:
         return None if found is None else cls(number(found["value"]), number(found["standard_deviation"]))
 
     def __str__(self) -> str:
-        return f"{self.value:.4g} ± {self.standard_deviation:.2g}"
+        return f"{digits(self.value, 4)} ± {digits(self.standard_deviation)}"
 
 
-def text_table(rows: Sequence[Sequence[str]]) -> str:
-    """Returns rows of cells as aligned text; the first row is the head."""
-    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
-    cells = [[cell.ljust(width) for cell, width in zip(row, widths)] for row in rows]
-    return "\n".join("  ".join(row).rstrip() for row in cells)
+class Table:
+    """An object that is shown as a table: aligned text, or HTML in the colours of the notebook."""
 
+    def _rows(self) -> list[list[str]]:
+        """Returns the cells; the first row is the head."""
+        raise NotImplementedError
 
-def html_table(rows: Sequence[Sequence[str]]) -> str:
-    """Returns rows of cells as an HTML table in the colours of the page; the first row is the head."""
+    def __repr__(self) -> str:
+        rows = self._rows()
+        widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
+        cells = [[cell.ljust(width) for cell, width in zip(row, widths)] for row in rows]
+        return "\n".join("  ".join(row).rstrip() for row in cells)
 
-    def line(cells: Sequence[str], tag: str) -> str:
-        return "<tr>" + "".join(f"<{tag}>{html.escape(cell)}</{tag}>" for cell in cells) + "</tr>"
+    def _repr_html_(self) -> str:
+        def line(cells: list[str], tag: str) -> str:
+            return "<tr>" + "".join(f"<{tag}>{html.escape(cell)}</{tag}>" for cell in cells) + "</tr>"
 
-    body = "".join(line(row, "td") for row in rows[1:])
-    return f"<table><thead>{line(rows[0], 'th')}</thead><tbody>{body}</tbody></table>"
+        head, *body = self._rows()
+        rows = "".join(line(row, "td") for row in body)
+        return f"<table><thead>{line(head, 'th')}</thead><tbody>{rows}</tbody></table>"
 
 
 @dataclass(frozen=True)
@@ -76,8 +86,8 @@ class Parameter:
     combined_standard_deviation: float
 
 
-class Parameters(Sequence[Parameter]):
-    """Identified parameters, by position or by name."""
+class Parameters(Table, Sequence[Parameter]):
+    """Identified parameters, by position or by name. A slice is a table as well."""
 
     def __init__(self, parameters: Iterable[Parameter]) -> None:
         self._all = list(parameters)
@@ -96,7 +106,7 @@ class Parameters(Sequence[Parameter]):
                 if parameter.name == key:
                     return parameter
             raise KeyError(key)
-        return self._all[key]
+        return Parameters(self._all[key]) if isinstance(key, slice) else self._all[key]
 
     def __iter__(self) -> Iterator[Parameter]:
         return iter(self._all)
@@ -140,13 +150,9 @@ class Parameters(Sequence[Parameter]):
 
     def _rows(self) -> list[list[str]]:
         head = ["parameter", "value", "unit", "σ statistical", "σ combined"]
-        return [head] + [
-            [of.name, f"{of.value:.6g}", of.unit, f"{of.standard_deviation:.2g}", f"{of.combined_standard_deviation:.2g}"]
+        cells = [
+            [of.name, f"{of.value:.6g}", of.unit, digits(of.standard_deviation), digits(of.combined_standard_deviation)]
             for of in self._all
         ]
-
-    def __repr__(self) -> str:
-        return text_table(self._rows())
-
-    def _repr_html_(self) -> str:
-        return html_table(self._rows())
+        has_combined = not np.all(np.isnan(self.combined_standard_deviations))
+        return [row if has_combined else row[:-1] for row in [head, *cells]]

@@ -80,6 +80,14 @@ impl Cell {
         Ok(Self { cell: Arc::new(cell.map_err(errors::configuration)?) })
     }
 
+    /// The cell with the torques of these joints alone: numbers from 1, or names.
+    fn with_torque_joints(&self, joints: Vec<String>) -> PyResult<Self> {
+        let Ok(joints) = joints.iter().map(|of| of.parse()).collect::<Result<Vec<_>, _>>();
+        let cell = didim::cell::Cell::clone(&self.cell).with_torque_joints(&joints);
+        let problem = |error| errors::usage(format!("joints: {error}"));
+        Ok(Self { cell: Arc::new(cell.map_err(problem)?) })
+    }
+
     /// Returns a JSON object as TOML.
     #[staticmethod]
     fn toml(json: &str) -> PyResult<String> {

@@ -226,7 +226,12 @@ def test_errors_name_the_argument_and_not_its_file(
 def test_notes_of_a_command_go_to_the_logger(robot: didim.Robot, caplog: pytest.LogCaptureFixture) -> None:
     with caplog.at_level(logging.WARNING, logger="didim"):
         didim.compare(robot, didim.Recording(*recording(robot, 1)), folds=0)
-    assert any("[controller]" in record.message for record in caplog.records), caplog.records
+    assert any(record.message.startswith("cell has no [controller]") for record in caplog.records), caplog.records
+    caplog.clear()
+    time, q, torque = recording(robot, 1)
+    with caplog.at_level(logging.WARNING, logger="didim"):
+        didim.compare(robot, didim.Recording(time / 3.0, q, torque), methods=["idim-ls"], folds=0)
+    assert any(record.message.startswith("data: the speed of joint") for record in caplog.records), caplog.records
 
 
 def test_an_export_says_what_the_format_cannot_hold(result: didim.Result, caplog: pytest.LogCaptureFixture) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import tracemalloc
 from pathlib import Path
 
@@ -52,6 +53,11 @@ def test_names_and_files(robot: didim.Robot, urdf: Path) -> None:
     assert robot.name == "two_axes"
     assert "shoulder" in repr(robot)
     assert any("zz" in parameter.name for parameter in robot.base_parameters())
+    around = urdf.parent / "nowhere" / ".." / urdf.name
+    (urdf.parent / "nowhere").mkdir()
+    for path in (around, str(around), os.path.relpath(urdf)):
+        again = didim.Robot.from_urdf(path, drive_inertia=True, friction=["viscous", "coulomb", "offset"])
+        assert again.parameter_names == robot.parameter_names
 
 
 @pytest.mark.parametrize("joints", range(1, 9))
