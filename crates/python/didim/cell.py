@@ -285,6 +285,7 @@ def _friction_keys(friction: Sequence[str] | Mapping[str, Any]) -> dict[str, Any
     """Returns the keys of ``[friction]`` in a robot file."""
     if isinstance(friction, Mapping):
         return dict(friction)
+    friction = [friction] if isinstance(friction, str) else friction
     unknown = [term for term in friction if term not in FRICTION_TERMS]
     if unknown:
         raise UsageError(f"friction term `{unknown[0]}` is unknown; known: {', '.join(FRICTION_TERMS)}")

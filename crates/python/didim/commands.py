@@ -19,7 +19,7 @@ from .cell import Cell, Robot
 from .program import Call, toml
 from .recording import Recording
 from .result import Finding, Result
-from .table import Parameters, Table, UncertainValue, digits, number
+from .table import Parameters, Table, UncertainValue, digits, number, optional
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -420,13 +420,14 @@ class Comparison(Table):
 
     def to_frame(self) -> pd.DataFrame:
         """Returns values and standard deviations as a :class:`pandas.DataFrame`: a row per parameter, columns per method."""
-        import pandas as pd
+        pandas = optional("pandas", "frame")
 
         def name(of: MethodResult) -> str:
             return of.method if of.framework == "decimated" else f"{of.method} ({of.framework})"
 
         frames = {name(of): of.parameters.to_frame() for of in self.methods if of.failure is None}
-        return pd.concat(frames, axis=1)
+        frame: pd.DataFrame = pandas.concat(frames, axis=1)
+        return frame
 
     def _rows(self) -> _Rows:
         cells = [
@@ -493,7 +494,7 @@ class History(Table):
 
     def to_frame(self) -> pd.DataFrame:
         """Returns a :class:`pandas.DataFrame` with a row for each parameter of each result."""
-        import pandas as pd
+        pandas = optional("pandas", "frame")
 
         rows = [
             {
@@ -509,8 +510,8 @@ class History(Table):
             for of in self.results
             for parameter in of["parameters"]
         ]
-        frame = pd.DataFrame(rows)
-        frame["time"] = pd.to_datetime(frame["time"])
+        frame: pd.DataFrame = pandas.DataFrame(rows)
+        frame["time"] = pandas.to_datetime(frame["time"])
         return frame
 
     def _rows(self) -> _Rows:
@@ -553,9 +554,9 @@ class Fleet(Table):
 
     def to_frame(self) -> pd.DataFrame:
         """Returns a :class:`pandas.DataFrame` with a row for each parameter of each arm."""
-        import pandas as pd
+        pandas = optional("pandas", "frame")
 
-        return pd.DataFrame(
+        rows = (
             {
                 "arm": of["arm"],
                 "parameter": parameter["name"],
@@ -570,6 +571,8 @@ class Fleet(Table):
             for parameter in self.parameters
             for of in parameter["arms"]
         )
+        frame: pd.DataFrame = pandas.DataFrame(rows)
+        return frame
 
     def _rows(self) -> _Rows:
         cells = [

@@ -113,7 +113,7 @@ def _run(
     if done.returncode == 0:
         _log(rename(done.stderr))
         return done.stdout
-    message = done.stderr.strip().removeprefix("didim: ")
+    message = done.stderr.strip().removeprefix("didim: ").removeprefix("error: ")
     if done.returncode == 3:
         raise NotUsable(message, done.stdout)
     if done.returncode == 130:

@@ -55,7 +55,13 @@ class Recording:
             raise _native.UsageError(f'side is "{side}"; give "joint" or "motor"')
         given = {"position": position, "torque": torque, "reference": reference}
         signals = {name: _signal(name, of, 2) for name, of in given.items() if of is not None}
-        self._native = _native.Recording(_signal("time", time, 1), motor_side=side == "motor", **signals)
+        times = _signal("time", time, 1)
+        for name, signal in signals.items():
+            if len(signal) != len(times):
+                transposed = signal.shape[1] == len(times)
+                remedy = f"give {name}.T" if transposed else "give one row per time and one column per joint"
+                raise _native.UsageError(f"{name} has the shape {signal.shape} for {len(times)} times; {remedy}")
+        self._native = _native.Recording(times, motor_side=side == "motor", **signals)
         self._file: tuple[str, float | None] | None = None
 
     @classmethod
@@ -183,6 +189,10 @@ def read(path: str | PathLike[str], cell: Cell, *, sample_rate: float | None = N
 
     Raises:
         DataError: The file cannot be read. The message names the place and the remedy.
+        UsageError: A robot is given in place of a cell.
     """
+    if not isinstance(cell, Cell):
+        kind = type(cell).__name__
+        raise _native.UsageError(f"cell is of the type {kind}; give a didim.Cell, for example robot.cell(sample_rate)")
     native = _native.read(fspath(path), cell._native, sample_rate)
     return Recording._of(native, (str(Path(path).absolute()), sample_rate))

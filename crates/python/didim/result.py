@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from . import _native
 from .cell import Cell, Robot
 from .recording import Recording
-from .table import Parameters, Table, digits
+from .table import Parameters, Table, digits, optional
 
 
 @dataclass(frozen=True)
@@ -247,8 +247,7 @@ def _figure(
     predicted: NDArray[np.float64],
     names: Sequence[str] | None = None,
 ) -> Any:
-    import matplotlib.pyplot as plt
-
+    plt = optional("matplotlib.pyplot", "plot")
     joints = measured.shape[1]
     size = (8.0, 1.0 + 1.3 * joints)
     figure, axes = plt.subplots(joints, 1, sharex=True, squeeze=False, figsize=size, layout="constrained")
@@ -271,10 +270,24 @@ def _with_gaps(time: NDArray[np.float64], signal: NDArray[np.float64]) -> tuple[
 
 
 def _natives(data: Recording | Sequence[Recording]) -> list[_native.Recording]:
-    recordings = [data] if isinstance(data, Recording) else list(data)
+    recordings = [data] if isinstance(data, (Recording, str, PathLike)) else list(data)
     if not recordings:
         raise _native.UsageError("give at least one recording")
+    for recording in recordings:
+        if not isinstance(recording, Recording):
+            kind = type(recording).__name__
+            raise _native.UsageError(f"data is of the type {kind}; give a didim.Recording, or read a file by didim.read")
     return [recording._native for recording in recordings]
+
+
+def _cell_of(robot: Robot, sample_rate: float, identification: dict[str, Any]) -> Cell:
+    try:
+        return robot.cell(sample_rate, **identification)
+    except _native.ConfigurationError as error:
+        if "`data.rate_hz`" not in str(error):
+            raise
+        problem = f"the recording has {sample_rate:g} samples per second; its times have to be in seconds"
+        raise _native.DataError(problem) from error
 
 
 def identify(
@@ -310,7 +323,9 @@ def identify(
     """
     natives = _natives(data)
     if isinstance(robot, Robot):
-        cell = robot.cell(natives[0].sample_rate, **identification)
+        cell = _cell_of(robot, natives[0].sample_rate, identification)
+    elif not isinstance(robot, Cell):
+        raise _native.UsageError(f"robot is of the type {type(robot).__name__}; give a didim.Robot or a didim.Cell")
     elif identification:
         raise _native.UsageError(f"`{next(iter(identification))}` is a key of the cell; change the cell")
     else:

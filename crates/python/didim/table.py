@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+import importlib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -12,6 +13,18 @@ from numpy.typing import NDArray
 
 if TYPE_CHECKING:
     import pandas as pd
+
+
+def optional(module: str, extra: str) -> Any:
+    """Returns a module that is not always installed.
+
+    Raises:
+        ImportError: It is not; the message says how to install it.
+    """
+    try:
+        return importlib.import_module(module)
+    except ModuleNotFoundError as error:
+        raise ImportError(f"this needs {error.name}: pip install 'didim[{extra}]'") from error
 
 
 def number(value: float | None) -> float:
@@ -138,15 +151,15 @@ class Parameters(Table, Sequence[Parameter]):
 
     def to_frame(self) -> pd.DataFrame:
         """Returns the parameters as a :class:`pandas.DataFrame` with the names as its index."""
-        import pandas as pd
-
+        pandas = optional("pandas", "frame")
         columns = {
             "unit": self.units,
             "value": self.values,
             "standard_deviation": self.standard_deviations,
             "combined_standard_deviation": self.combined_standard_deviations,
         }
-        return pd.DataFrame(columns, index=pd.Index(self.names, name="parameter"))
+        frame: pd.DataFrame = pandas.DataFrame(columns, index=pandas.Index(self.names, name="parameter"))
+        return frame
 
     def _rows(self) -> list[list[str]]:
         head = ["parameter", "value", "unit", "σ statistical", "σ combined"]

@@ -78,6 +78,16 @@ def test_json_is_that_of_the_command_line() -> None:
     assert 0.0 < prediction.relative_error < 0.5
 
 
+def test_joints_choose_torques_as_on_the_command_line() -> None:
+    cell = didim.Cell.read(KR300 / "cell.toml")
+    found = didim.identify(cell, didim.read(KR300 / "a.csv", cell), start=1.8, end=8.2, joints=[1, 2, 3])
+    line = {"cell": KR300 / "cell.toml", "input": KR300 / "a.csv", "json": True, "joints": "1,2,3"}
+    printed = json.loads(didim.run("identify", from_=1.8, to=8.2, **line))
+    assert json.dumps(found.data["parameters"]) == json.dumps(printed["parameters"])
+    load = didim.payload(found, KR300 / "c.csv", start=1.8, end=8.196)
+    assert len(load.data["after"]["relative_error_per_joint"]) == len(printed["relative_error_per_joint"])
+
+
 def test_saved_results_are_read_by_the_program(result: didim.Result, tmp_path: Path) -> None:
     saved, report = tmp_path / "result.json", tmp_path / "report.html"
     result.save(saved)
@@ -100,6 +110,20 @@ def test_errors_have_the_class_of_their_cause(robot: didim.Robot, urdf: Path, tm
     time, q, torque = recording(robot, 1)
     with pytest.raises(didim.UsageError, match=r"torque has the shape \(10000, 1\); give \(10000, 2\)"):
         didim.Recording(time, q, torque[:, :1])
+    with pytest.raises(didim.UsageError, match="give position.T"):
+        didim.Recording(time, q.T, torque.T)
+    with pytest.raises(didim.UsageError, match="one row per time"):
+        didim.Recording(time, q, torque[1:])
+    with pytest.raises(didim.UsageError, match="didim.read"):
+        didim.identify(robot, str(urdf))  # type: ignore[arg-type]
+    with pytest.raises(didim.UsageError, match="robot is of the type str"):
+        didim.identify(str(urdf), didim.Recording(time, q, torque))  # type: ignore[arg-type]
+    with pytest.raises(didim.UsageError, match="robot.cell"):
+        didim.read(KR300 / "a.csv", robot)  # type: ignore[arg-type]
+    with pytest.raises(didim.DataError, match="in seconds"):
+        didim.identify(robot, didim.Recording(1e6 * time, q, torque))
+    with pytest.raises(didim.UsageError, match="nowhere.*is no joint"):
+        didim.identify(robot, didim.Recording(time, q, torque), joints=["nowhere"])
     with pytest.raises(didim.DataError, match="torque has a value that is no finite number"):
         didim.Recording(time, q, np.where(torque > 0.0, np.nan, torque))
     with pytest.raises(didim.DataError, match="time"):
