@@ -15,8 +15,16 @@ Log messages go to the logger ``didim``.
 
 from ._native import ConfigurationError, DataError, Error, IdentificationError, UsageError, __version__
 from .cell import BaseParameter, Cell, Robot
-from .program import (
-    NotUsable,
+from .commands import (
+    Comparison,
+    DriveGain,
+    Fleet,
+    Gains,
+    History,
+    MethodResult,
+    Motion,
+    Payload,
+    Simulation,
     check,
     compare,
     design,
@@ -24,36 +32,39 @@ from .program import (
     gains,
     history,
     payload,
-    run,
     simulate,
 )
+from .program import NotUsable, run
 from .recording import Recording, read
-from .result import (
-    Finding,
-    Parameter,
-    Parameters,
-    Prediction,
-    Result,
-    UseVerdict,
-    Verdict,
-    identify,
-)
+from .result import ExportedModel, Finding, Prediction, Result, UseVerdict, Verdict, identify
+from .table import Parameter, Parameters, UncertainValue
 
 __all__ = [
     "BaseParameter",
     "Cell",
+    "Comparison",
     "ConfigurationError",
     "DataError",
+    "DriveGain",
     "Error",
+    "ExportedModel",
     "Finding",
+    "Fleet",
+    "Gains",
+    "History",
     "IdentificationError",
+    "MethodResult",
+    "Motion",
     "NotUsable",
     "Parameter",
     "Parameters",
+    "Payload",
     "Prediction",
     "Recording",
     "Result",
     "Robot",
+    "Simulation",
+    "UncertainValue",
     "UsageError",
     "UseVerdict",
     "Verdict",

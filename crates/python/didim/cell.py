@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from os import PathLike, fspath
@@ -143,11 +144,11 @@ class Robot(_Dynamics):
     Create one by :meth:`from_urdf` or :meth:`from_file`.
     """
 
-    def __init__(self, file_name: str, text: str, urdf: dict[str, Any] | None) -> None:
-        self._file_name = file_name
-        self._text = text
+    def __init__(self, path: str | PathLike[str], urdf: dict[str, Any] | None) -> None:
+        self._file = os.path.abspath(path)
+        self._text = _text(path)
         self._urdf = urdf
-        self._native = self.cell(_ANY_RATE)._native
+        self._native = self._any_cell()._native
 
     def __repr__(self) -> str:
         return f"<didim.Robot {self.name}: {', '.join(self.joint_names)}>"
@@ -193,7 +194,7 @@ class Robot(_Dynamics):
         urdf.update({key: value for key, value in chosen.items() if value is not None})
         if gear_ratios is None:
             urdf["gear_ratios"] = _ones(path, urdf)
-        return cls(Path(path).name, _text(path), urdf)
+        return cls(path, urdf)
 
     @classmethod
     def from_file(cls, path: str | PathLike[str]) -> Robot:
@@ -202,7 +203,7 @@ class Robot(_Dynamics):
         Raises:
             ConfigurationError: The file cannot be read, or a key is wrong.
         """
-        return cls(Path(path).name, _text(path), None)
+        return cls(path, None)
 
     def cell(self, sample_rate: float, **identification: Any) -> Cell:
         """Returns a cell for recordings of this robot: measured torques of its joints, without a bus.
@@ -220,20 +221,27 @@ class Robot(_Dynamics):
         }
         sections: dict[str, Any] = {
             "name": "python",
-            "robot": self._file_name,
+            "robot": self._file,
             "data": {"rate_hz": sample_rate, "torque_valid": "instant"},
             "identification": settings,
         }
         if self._urdf is not None:
             sections["urdf"] = self._urdf
-        return Cell(_native.Cell.from_json(json.dumps(sections), self._file_name, self._text))
+        text = json.dumps(sections)
+        return Cell(_native.Cell.from_json(text, self._file, self._text), text=_native.Cell.toml(text))
+
+    def _any_cell(self) -> Cell:
+        """Returns a cell for work without a recording, for example to design a motion."""
+        return self.cell(_ANY_RATE)
 
 
 class Cell(_Dynamics):
     """A robot with the layout of its recordings and the settings of its identification: the content of a cell file."""
 
-    def __init__(self, native: _native.Cell) -> None:
+    def __init__(self, native: _native.Cell, *, file: Path | None = None, text: str = "") -> None:
         self._native = native
+        self._file = file
+        self._text = text
 
     def __repr__(self) -> str:
         return f"<didim.Cell {self.name}: {self._native.robot}, {self.sample_rate:g} Hz, {self.method}>"
@@ -245,7 +253,17 @@ class Cell(_Dynamics):
         Raises:
             ConfigurationError: A file cannot be read, or a key is wrong. The message names file, line and key.
         """
-        return cls(_native.Cell.read(fspath(path)))
+        return cls(_native.Cell.read(fspath(path)), file=Path(path).absolute())
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Writes the cell file of a robot's cell for the program. It names the robot's file.
+
+        Raises:
+            UsageError: The cell was read from a file, which may name others.
+        """
+        if self._file is not None:
+            raise UsageError(f"the cell is that of {self._file}; use this file")
+        Path(path).write_text(self._text, encoding="utf-8")
 
     @property
     def name(self) -> str:
@@ -267,11 +285,14 @@ def _friction_keys(friction: Sequence[str] | Mapping[str, Any]) -> dict[str, Any
     """Returns the keys of ``[friction]`` in a robot file."""
     if isinstance(friction, Mapping):
         return dict(friction)
+    friction = [friction] if isinstance(friction, str) else friction
     unknown = [term for term in friction if term not in FRICTION_TERMS]
     if unknown:
         raise UsageError(f"friction term `{unknown[0]}` is unknown; known: {', '.join(FRICTION_TERMS)}")
     terms: dict[str, Any] = {term: term in friction for term in FRICTION_TERMS}
-    return {**terms, "sign": {"model": "tanh", "width_rad_s": 0.02}}
+    if "coulomb" in friction:
+        terms["sign"] = {"model": "tanh", "width_rad_s": 0.02}
+    return terms
 
 
 def _text(path: str | PathLike[str]) -> str:

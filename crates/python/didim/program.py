@@ -1,20 +1,35 @@
-"""The commands of the program ``didim`` as functions."""
+"""The program ``didim``: one run of a command, with objects in place of files."""
 
 from __future__ import annotations
 
 import json
+import logging
+import re
 import shutil
 import subprocess
 import sysconfig
+from collections.abc import Callable, Mapping, Sequence
 from os import PathLike, fspath
 from pathlib import Path
+from tempfile import TemporaryDirectory
+from types import TracebackType
 from typing import Any
 
-from ._native import ConfigurationError, Error, IdentificationError, UsageError
+from ._native import Cell as NativeCell
+from ._native import ConfigurationError, DataError, Error, IdentificationError, UsageError
+from .cell import Cell, Robot
+from .recording import Recording
+from .result import Result
+
+_LOGGER = logging.getLogger("didim")
 
 
 class NotUsable(Error):
-    """The work was done, and its result does not meet a requirement. ``data`` is the output."""
+    """The work was done, and its result does not meet a requirement.
+
+    Attributes:
+        data: The output of the command.
+    """
 
     def __init__(self, message: str, data: Any) -> None:
         super().__init__(message)
@@ -33,7 +48,7 @@ def _program() -> str:
     return found
 
 
-def _arguments(options: dict[str, Any]) -> list[str]:
+def _arguments(options: Mapping[str, Any]) -> list[str]:
     """Returns the options of a command line: ``keep_going=True`` is ``--keep-going``."""
     arguments = []
     for key, value in options.items():
@@ -48,8 +63,25 @@ def _arguments(options: dict[str, Any]) -> list[str]:
     return arguments
 
 
+#: A line of the program's log: its time, its level and its message.
+_LOG_LINE = re.compile(r"\d{4}-\d\d-\d\dT\S+Z\s+(?P<level>ERROR|WARN|INFO|DEBUG|TRACE)\s+(?P<message>.*)")
+
+_LEVELS = {"ERROR": logging.ERROR, "WARN": logging.WARNING, "INFO": logging.INFO}
+
+
+def _log(notes: str) -> None:
+    """Passes the notes of a run that succeeded on to the logger."""
+    for note in filter(str.strip, notes.splitlines()):
+        logged = _LOG_LINE.match(note)
+        if logged:
+            _LOGGER.log(_LEVELS.get(logged["level"], logging.DEBUG), logged["message"])
+        else:
+            is_hint = note.startswith("next: ")
+            _LOGGER.log(logging.INFO if is_hint else logging.WARNING, note.removeprefix("note: "))
+
+
 def run(command: str, *positional: str | PathLike[str], **options: Any) -> str:
-    """Runs a command of ``didim`` and returns what it prints.
+    """Runs a command of ``didim`` and returns what it prints. Its notes go to the logger ``didim``.
 
     Args:
         command: For example ``"check"``; several words as ``"baseline set"``.
@@ -65,12 +97,23 @@ def run(command: str, *positional: str | PathLike[str], **options: Any) -> str:
     Example:
         >>> didim.run("baseline set", state="results")
     """
+    return _run(command, positional, options, str)
+
+
+def _run(
+    command: str,
+    positional: Sequence[str | PathLike[str]],
+    options: Mapping[str, Any],
+    rename: Callable[[str], str],
+) -> str:
+    """Runs a command; notes and messages are renamed."""
     words = [fspath(word) for word in positional]
     line = [_program(), *command.split(), *words, *_arguments(options)]
     done = subprocess.run(line, capture_output=True, text=True, encoding="utf-8")
     if done.returncode == 0:
+        _log(rename(done.stderr))
         return done.stdout
-    message = done.stderr.strip().removeprefix("didim: ")
+    message = done.stderr.strip().removeprefix("didim: ").removeprefix("error: ")
     if done.returncode == 3:
         raise NotUsable(message, done.stdout)
     if done.returncode == 130:
@@ -78,45 +121,95 @@ def run(command: str, *positional: str | PathLike[str], **options: Any) -> str:
     raise _EXCEPTIONS.get(done.returncode, Error)(message)
 
 
-def _json(command: str, *positional: str | PathLike[str], **options: Any) -> Any:
-    return json.loads(run(command, *positional, json=True, **options))
+def toml(keys: Mapping[str, Any]) -> str:
+    """Returns the text of a file with these keys."""
+    return NativeCell.toml(json.dumps(keys))
 
 
-def check(cell: str | PathLike[str], **options: Any) -> Any:
-    """Checks a cell file, as ``didim check``; the findings as a dictionary."""
-    return _json("check", cell=cell, **options)
+class Call:
+    """A run of a command whose arguments are objects: files for those in memory stand in a temporary folder, which is
+    removed at the end. Messages name the argument in place of its file.
+    """
 
+    def __init__(self) -> None:
+        self._folder = TemporaryDirectory(prefix="didim-")
+        self._names: dict[str, str] = {}
+        self._recordings: list[str] = []
 
-def compare(cell: str | PathLike[str], **options: Any) -> Any:
-    """Compares methods on one experiment, as ``didim compare``: ``input=`` or ``scenario=``, ``methods=``."""
-    return _json("compare", cell=cell, **options)
+    def __enter__(self) -> Call:
+        return self
 
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._folder.cleanup()
 
-def design(out: str | PathLike[str], **options: Any) -> str:
-    """Designs a motion that makes the parameters well identifiable, as ``didim design``; returns the summary."""
-    return run("design", out=out, **options)
+    def new(self, name: str, argument: str | None = None) -> Path:
+        """Returns the path of a new file, which messages call by the name of an argument."""
+        path = Path(self._folder.name) / name
+        self._names[str(path)] = argument or Path(name).stem
+        return path
 
+    def cell(self, of: Robot | Cell | str | PathLike[str], data: Recording | None = None) -> Path:
+        """Returns the cell file of a robot or a cell; the rate of a robot's cell is that of a recording."""
+        if isinstance(of, Robot):
+            of = of.cell(data.sample_rate) if data else of._any_cell()
+        if not isinstance(of, Cell):
+            return Path(of)
+        if of._file is not None:
+            return of._file
+        return self.write("cell.toml", of._text)
 
-def fleet(*histories: str | PathLike[str], **options: Any) -> Any:
-    """Compares arms of one type by their histories, as ``didim fleet``."""
-    return _json("fleet", *histories, **options)
+    def recording(self, of: Recording | str | PathLike[str], argument: str = "data") -> dict[str, Any]:
+        """Returns the options for a recording: its file and, for a table without times, the sample rate."""
+        rate = None
+        if not isinstance(of, Recording):
+            path = Path(of)
+        elif of._file is None:
+            path = self.new(f"{argument}.csv", argument)
+            of.save(path)
+        else:
+            path, rate = Path(of._file[0]), of._file[1]
+        self._recordings.append(str(path))
+        return {"file": path, "sample_rate": rate}
 
+    def result(self, of: Result | str | PathLike[str]) -> Path:
+        """Returns the file of a result."""
+        if not isinstance(of, Result):
+            return Path(of)
+        path = self.new("result.json", "result")
+        of.save(path)
+        return path
 
-def gains(**options: Any) -> Any:
-    """Finds the torque gains of the drives from recordings with and without a known load, as ``didim gains``."""
-    return _json("gains", **options)
+    def write(self, name: str, text: str) -> Path:
+        """Writes a new file."""
+        path = self.new(name)
+        path.write_text(text, encoding="utf-8")
+        return path
 
+    def run(self, command: str, *positional: Path, **options: Any) -> str:
+        """Runs the command as :func:`run`. A failure at a recording is a :class:`DataError`."""
+        try:
+            return _run(command, positional, options, self._rename)
+        except NotUsable as error:
+            raise NotUsable(self._message(error), error.data) from None
+        except IdentificationError as error:
+            is_of_data = str(error).startswith(tuple(f"{path}: " for path in self._recordings))
+            raise (DataError if is_of_data else IdentificationError)(self._message(error)) from None
+        except Error as error:
+            raise type(error)(self._message(error)) from None
 
-def history(state: str | PathLike[str], **options: Any) -> Any:
-    """Returns the results in a folder over time, compared with the baseline, as ``didim history``."""
-    return _json("history", state=state, **options)
+    def _rename(self, text: str) -> str:
+        """Returns a text with the names of arguments in place of temporary files."""
+        for path, name in self._names.items():
+            text = text.replace(path, name)
+        return text
 
+    def _message(self, error: Error) -> str:
+        """Returns the message with arguments of Python in place of files and options."""
+        text = self._rename(str(error).split("\n\nUsage: ")[0])
+        return re.sub(r"(?<![\w-])--([a-z][a-z-]*)", lambda option: option[1].replace("-", "_"), text)
 
-def payload(result: str | PathLike[str], input: str | PathLike[str], **options: Any) -> Any:
-    """Identifies the load on the flange, as ``didim payload``: ``cell=`` names the cell file."""
-    return _json("payload", result=result, input=input, **options)
-
-
-def simulate(bus: str, **options: Any) -> str:
-    """Puts a simulated arm on a bus or into a log, as ``didim sim``: ``bus="log:arm.log"``."""
-    return run("sim", bus=bus, **options)
+    def json(self, command: str, *positional: Path, **options: Any) -> Any:
+        """Runs the command and returns its JSON object."""
+        return json.loads(self.run(command, *positional, json=True, **options))

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import html
 import json
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
 from os import PathLike, fspath
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,105 +14,7 @@ from numpy.typing import NDArray
 from . import _native
 from .cell import Cell, Robot
 from .recording import Recording
-
-if TYPE_CHECKING:
-    import pandas as pd
-
-
-@dataclass(frozen=True)
-class Parameter:
-    """An identified parameter.
-
-    Attributes:
-        name: Its name, for example ``zz1r`` or ``fc_m6``.
-        unit: SI unit of value and standard deviations.
-        value: The estimate.
-        standard_deviation: Statistical standard deviation, corrected for the colour of the residuals.
-        combined_standard_deviation: Combined standard uncertainty: with the uncertainty of what the cell configures.
-    """
-
-    name: str
-    unit: str
-    value: float
-    standard_deviation: float
-    combined_standard_deviation: float
-
-
-class Parameters(Sequence[Parameter]):
-    """Identified parameters, by position or by name."""
-
-    def __init__(self, parameters: list[Parameter]) -> None:
-        self._all = parameters
-
-    def __len__(self) -> int:
-        return len(self._all)
-
-    def __getitem__(self, key: Any) -> Any:
-        if isinstance(key, str):
-            for parameter in self._all:
-                if parameter.name == key:
-                    return parameter
-            raise KeyError(key)
-        return self._all[key]
-
-    def __iter__(self) -> Iterator[Parameter]:
-        return iter(self._all)
-
-    @property
-    def names(self) -> list[str]:
-        """Names of the parameters."""
-        return [parameter.name for parameter in self._all]
-
-    @property
-    def units(self) -> list[str]:
-        """SI units of the parameters."""
-        return [parameter.unit for parameter in self._all]
-
-    @property
-    def values(self) -> NDArray[np.float64]:
-        """Values in SI units."""
-        return np.array([parameter.value for parameter in self._all])
-
-    @property
-    def standard_deviations(self) -> NDArray[np.float64]:
-        """Statistical standard deviations in SI units."""
-        return np.array([parameter.standard_deviation for parameter in self._all])
-
-    @property
-    def combined_standard_deviations(self) -> NDArray[np.float64]:
-        """Combined standard uncertainties in SI units."""
-        return np.array([parameter.combined_standard_deviation for parameter in self._all])
-
-    def to_frame(self) -> pd.DataFrame:
-        """Returns the parameters as a :class:`pandas.DataFrame` with the names as its index."""
-        import pandas as pd
-
-        columns = {
-            "unit": self.units,
-            "value": self.values,
-            "standard_deviation": self.standard_deviations,
-            "combined_standard_deviation": self.combined_standard_deviations,
-        }
-        return pd.DataFrame(columns, index=pd.Index(self.names, name="parameter"))
-
-    def _rows(self) -> list[list[str]]:
-        head = ["parameter", "value", "unit", "σ statistical", "σ combined"]
-        return [head] + [
-            [of.name, f"{of.value:.6g}", of.unit, f"{of.standard_deviation:.2g}", f"{of.combined_standard_deviation:.2g}"]
-            for of in self._all
-        ]
-
-    def __repr__(self) -> str:
-        rows = self._rows()
-        widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
-        cells = [[cell.ljust(width) for cell, width in zip(row, widths)] for row in rows]
-        return "\n".join("  ".join(row).rstrip() for row in cells)
-
-    def _repr_html_(self) -> str:
-        head, *body = self._rows()
-        heads = "".join(f"<th>{html.escape(cell)}</th>" for cell in head)
-        rows = "".join("<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in row) + "</tr>" for row in body)
-        return f"<table><thead><tr>{heads}</tr></thead><tbody>{rows}</tbody></table>"
+from .table import Parameters, Table, digits, optional
 
 
 @dataclass(frozen=True)
@@ -152,8 +53,8 @@ class UseVerdict:
     reasons: list[str]
 
 
-@dataclass(frozen=True)
-class Verdict:
+@dataclass(frozen=True, repr=False)
+class Verdict(Table):
     """Verdict for each use of a result.
 
     Attributes:
@@ -169,8 +70,20 @@ class Verdict:
     rigid_body: UseVerdict
     notes: list[str]
 
+    def _rows(self) -> list[list[str]]:
+        def number(value: float | None, unit: str) -> str:
+            return "–" if value is None else f"{digits(100.0 * value)} %" if unit == "1" else f"{digits(value)} {unit}"
 
-@dataclass(frozen=True)
+        words = {True: "yes", False: "no", None: "undecided"}
+        uses = [(of.name, getattr(self, of.name)) for of in fields(self)]
+        return [["use", "usable", "figure", "limit"]] + [
+            [name.replace("_", " "), words[of.usable], number(of.figure, of.unit), number(of.limit, of.unit)]
+            for name, of in uses
+            if isinstance(of, UseVerdict)
+        ]
+
+
+@dataclass(frozen=True, repr=False)
 class Prediction:
     """Torques of a recording, and those that a result predicts. Both passed the filters of the cell.
 
@@ -190,12 +103,38 @@ class Prediction:
     expected_error: float | None
     data: dict[str, Any]
 
+    def __repr__(self) -> str:
+        rows, joints = self.measured.shape
+        expected = "" if self.expected_error is None else f", expected {100.0 * self.expected_error:.2f} %"
+        return f"<didim.Prediction: {rows} rows of {joints} joints, error {100.0 * self.relative_error:.2f} %{expected}>"
+
+    def plot(self) -> Any:
+        """Draws measured and predicted torques of each joint with matplotlib. Returns the figure."""
+        return _figure(self.time, self.measured, self.predicted)
+
+
+class ExportedModel(str):
+    """The text of an exported model.
+
+    Attributes:
+        left_out: Parts of the model that the format cannot hold.
+    """
+
+    left_out: list[str]
+
+    def __new__(cls, text: str, left_out: list[str]) -> ExportedModel:
+        model = super().__new__(cls, text)
+        model.left_out = left_out
+        return model
+
 
 class Result:
     """An identified robot. Create one by :func:`identify`."""
 
-    def __init__(self, native: _native.Result) -> None:
+    def __init__(self, native: _native.Result, cell: Cell, joints: list[str] | None = None) -> None:
         self._native = native
+        self._cell = cell
+        self._joints = joints
         #: The JSON object of ``didim identify --json``, without the data of the recordings.
         self.data: dict[str, Any] = json.loads(native.json())
 
@@ -209,22 +148,7 @@ class Result:
     @property
     def parameters(self) -> Parameters:
         """The parameters, in the model's order."""
-
-        def number(value: float | None) -> float:
-            return float("nan") if value is None else value
-
-        return Parameters(
-            [
-                Parameter(
-                    of["name"],
-                    of["unit"],
-                    number(of["value"]),
-                    number(of["standard_deviation"]),
-                    number(of["combined_standard_deviation"]),
-                )
-                for of in self.data["parameters"]
-            ]
-        )
+        return Parameters._of(self.data["parameters"])
 
     @property
     def covariance(self) -> NDArray[np.float64] | None:
@@ -279,19 +203,30 @@ class Result:
         expected = None if expected is None else expected["relative_error"]
         return Prediction(time, measured, predicted, found["relative_error"], expected, found)
 
-    def export(self, format: str, path: str | PathLike[str] | None = None, *, name: str = "arm") -> str:
+    def export(
+        self,
+        format: str,
+        path: str | PathLike[str] | None = None,
+        *,
+        name: str = "arm",
+        total_mass_kg: float | None = None,
+    ) -> ExportedModel:
         """Returns the model as text, with physically consistent parameters.
+
+        The notes of ``didim export`` go to the logger ``didim``.
 
         Args:
             format: ``"urdf"``, ``"mjcf"``, ``"toml"``, ``"json"``, ``"matlab"``, ``"c"`` or ``"rust"``.
             path: File to write as well.
             name: Name of the model in the text.
+            total_mass_kg: Mass of all moving links from the data sheet [kg], for a robot without nominal bodies.
 
         Raises:
             UsageError: The format is unknown.
             IdentificationError: No physically consistent parameters are near, or the robot has no nominal bodies.
         """
-        return self._native.export(format, name, None if path is None else fspath(path))
+        file = None if path is None else fspath(path)
+        return ExportedModel(*self._native.export(format, name, file, total_mass_kg))
 
     def save(self, path: str | PathLike[str]) -> None:
         """Writes the result to a file, which ``didim predict``, ``advise`` and ``export`` read."""
@@ -303,25 +238,56 @@ class Result:
 
     def plot(self) -> Any:
         """Draws measured and fitted torques of each joint with matplotlib. Returns the figure."""
-        import matplotlib.pyplot as plt
+        return _figure(*self._native.fit(), self._cell.joint_names)
 
-        time, measured, predicted = self._native.fit()
-        joints = measured.shape[1]
-        figure, axes = plt.subplots(joints, 1, sharex=True, squeeze=False, figsize=(8.0, 1.6 * joints))
-        for joint, axis in enumerate(axes[:, 0]):
-            axis.plot(time, measured[:, joint], label="measured", linewidth=0.8)
-            axis.plot(time, predicted[:, joint], label="model", linewidth=0.8)
-            axis.set_ylabel(f"joint {joint + 1} [N·m or N]")
-        axes[0, 0].legend(loc="upper right")
-        axes[-1, 0].set_xlabel("time [s]")
-        return figure
+
+def _figure(
+    time: NDArray[np.float64],
+    measured: NDArray[np.float64],
+    predicted: NDArray[np.float64],
+    names: Sequence[str] | None = None,
+) -> Any:
+    plt = optional("matplotlib.pyplot", "plot")
+    joints = measured.shape[1]
+    size = (8.0, 1.0 + 1.3 * joints)
+    figure, axes = plt.subplots(joints, 1, sharex=True, squeeze=False, figsize=size, layout="constrained")
+    for joint, axis in enumerate(axes[:, 0]):
+        for label, torque in (("measured", measured), ("model", predicted)):
+            # A gap of several pieces is no line.
+            axis.plot(*_with_gaps(time, torque[:, joint]), label=label, linewidth=0.8)
+        axis.set_ylabel(names[joint] if names else f"joint {joint + 1}", fontsize="small")
+    figure.supylabel("torque [N·m], force [N]")
+    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper right", fontsize="small", ncols=2)
+    axes[-1, 0].set_xlabel("time [s]")
+    return figure
+
+
+def _with_gaps(time: NDArray[np.float64], signal: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Returns the signal with NaN where rows are missing."""
+    steps = np.diff(time)
+    gaps = 1 + np.flatnonzero((steps > 1.5 * np.median(steps)) | (steps < 0.0))
+    return np.insert(time, gaps, np.nan), np.insert(signal, gaps, np.nan)
 
 
 def _natives(data: Recording | Sequence[Recording]) -> list[_native.Recording]:
-    recordings = [data] if isinstance(data, Recording) else list(data)
+    recordings = [data] if isinstance(data, (Recording, str, PathLike)) else list(data)
     if not recordings:
         raise _native.UsageError("give at least one recording")
+    for recording in recordings:
+        if not isinstance(recording, Recording):
+            kind = type(recording).__name__
+            raise _native.UsageError(f"data is of the type {kind}; give a didim.Recording, or read a file by didim.read")
     return [recording._native for recording in recordings]
+
+
+def _cell_of(robot: Robot, sample_rate: float, identification: dict[str, Any]) -> Cell:
+    try:
+        return robot.cell(sample_rate, **identification)
+    except _native.ConfigurationError as error:
+        if "`data.rate_hz`" not in str(error):
+            raise
+        problem = f"the recording has {sample_rate:g} samples per second; its times have to be in seconds"
+        raise _native.DataError(problem) from error
 
 
 def identify(
@@ -331,6 +297,7 @@ def identify(
     *,
     start: float | None = None,
     end: float | None = None,
+    joints: Sequence[int | str] | None = None,
     **identification: Any,
 ) -> Result:
     """Identifies the parameters of a robot from one recording or several of the same arm.
@@ -341,10 +308,12 @@ def identify(
         method: ``"idim-ls"``, ``"idim-iv"``, ``"clie"``, ``"cloe"`` or ``"didim"``; the cell's if left out.
         start: Start of the samples that count [s after the first]; earlier ones are margin for the filters.
         end: End of the samples that count [s after the first].
+        joints: Joints whose torques are used, by number from 1 or by name; all if left out.
         identification: Keys of ``[identification]`` in a cell file, as :meth:`Robot.cell` takes them.
 
     Raises:
         DataError: A recording does not fit the robot.
+        UsageError: The arm has no such joint, or the method is unknown.
         IdentificationError: The method refused the data or failed.
         ConfigurationError: A setting is wrong.
 
@@ -354,9 +323,13 @@ def identify(
     """
     natives = _natives(data)
     if isinstance(robot, Robot):
-        cell = robot.cell(natives[0].sample_rate, **identification)
+        cell = _cell_of(robot, natives[0].sample_rate, identification)
+    elif not isinstance(robot, Cell):
+        raise _native.UsageError(f"robot is of the type {type(robot).__name__}; give a didim.Robot or a didim.Cell")
     elif identification:
         raise _native.UsageError(f"`{next(iter(identification))}` is a key of the cell; change the cell")
     else:
         cell = robot
-    return Result(_native.identify(cell._native, natives, method, start, end))
+    names = None if joints is None else [str(joint) for joint in joints]
+    native = cell._native if names is None else cell._native.with_torque_joints(names)
+    return Result(_native.identify(native, natives, method, start, end), cell, names)

@@ -74,11 +74,25 @@ impl Cell {
     /// Creates a cell from the sections of a cell file as JSON, and the text of its robot file.
     #[staticmethod]
     fn from_json(sections: &str, robot_file: &str, robot: &str) -> PyResult<Self> {
-        let sections: toml::Value = serde_json::from_str(sections).map_err(errors::usage)?;
-        let text = toml::to_string(&sections).map_err(errors::usage)?;
+        let text = Self::toml(sections)?;
         let texts = [(CELL_NAME, text.as_str()), (robot_file, robot)];
         let cell = didim::cell::Cell::from_library(Library::Texts(&texts), CELL_NAME.as_ref());
         Ok(Self { cell: Arc::new(cell.map_err(errors::configuration)?) })
+    }
+
+    /// The cell with the torques of these joints alone: numbers from 1, or names.
+    fn with_torque_joints(&self, joints: Vec<String>) -> PyResult<Self> {
+        let Ok(joints) = joints.iter().map(|of| of.parse()).collect::<Result<Vec<_>, _>>();
+        let cell = didim::cell::Cell::clone(&self.cell).with_torque_joints(&joints);
+        let problem = |error| errors::usage(format!("joints: {error}"));
+        Ok(Self { cell: Arc::new(cell.map_err(problem)?) })
+    }
+
+    /// Returns a JSON object as TOML.
+    #[staticmethod]
+    fn toml(json: &str) -> PyResult<String> {
+        let value: toml::Value = serde_json::from_str(json).map_err(errors::usage)?;
+        toml::to_string(&value).map_err(errors::usage)
     }
 
     /// The usual number of samples per row at a sample rate \[Hz\].

@@ -115,22 +115,31 @@ impl Recording {
         self.record.notes()
     }
 
-    /// Start of each piece after the first sample \[s\], its positions and its torques.
-    #[expect(clippy::type_complexity, reason = "a tuple of arrays, which Python unpacks")]
-    fn signals<'py>(
-        &self,
-        python: Python<'py>,
-    ) -> Vec<(f64, Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>)> {
-        let arrays = |columns: &[Vec<f64>]| from_columns(columns).to_pyarray(python);
+    /// True if the signals were measured on the motor side.
+    #[getter]
+    fn motor_side(&self) -> bool {
+        self.record.segments.first().is_some_and(|of| of.measurement.side == Side::Motor)
+    }
+
+    /// Start of each piece after the first sample \[s\], its positions, torques and, if there are
+    /// any, commanded positions.
+    fn signals<'py>(&self, python: Python<'py>) -> Vec<PieceArrays<'py>> {
+        let arrays = |columns: &Vec<Vec<f64>>| from_columns(columns).to_pyarray(python);
         let segments = self.record.segments.iter();
         segments
             .map(|piece| {
                 let signals = &piece.measurement.signals;
-                (piece.begins_s, arrays(&signals.position_rad), arrays(&signals.torque_nm))
+                let reference = signals.reference_rad.as_ref().map(arrays);
+                let (position, torque) = (&signals.position_rad, &signals.torque_nm);
+                (piece.begins_s, arrays(position), arrays(torque), reference)
             })
             .collect()
     }
 }
+
+/// Start \[s\], positions, torques and commanded positions of a piece.
+type PieceArrays<'py> =
+    (f64, Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>, Option<Bound<'py, PyArray2<f64>>>);
 
 /// Reads a recording in the formats of the command line, with the layout of a cell.
 #[pyfunction]

@@ -4,18 +4,21 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use didim::analysis::{
-    ConsistentModel, CountedPiece, DataChoices, Format, StoredModel, identify_recordings,
-    measurement_pairs,
+    ConsistentModel, CountedPiece, DataChoices, Format, NO_FRICTION, StoredModel,
+    identify_recordings, measurement_pairs,
 };
 use didim::files::replace;
+use didim::report::consistent_summary;
 use didim::report::html::{InputFile, Origin, Report, SampleRange};
 use didim_identification::identification::{
     Identification, IdentificationError, Method, Prediction,
 };
 use numpy::{PyArray1, PyArray2, ToPyArray as _};
 use pyo3::prelude::*;
+use tracing::Level;
 
 use crate::cell::Cell;
+use crate::logging::log;
 use crate::recording::Recording;
 use crate::rows::from_columns;
 use crate::{errors, work};
@@ -87,24 +90,43 @@ impl Result {
         Ok((json, predicted.time_s.to_pyarray(python), measured, of_model))
     }
 
-    /// Returns the model in a format of `didim export`, and writes it to a file if one is named.
-    #[pyo3(signature = (format, name="arm", path=None))]
-    fn export(&self, format: &str, name: &str, path: Option<PathBuf>) -> PyResult<String> {
-        let of_name = |of: &Format| of.name() == format;
-        let format = Format::ALL.into_iter().find(of_name).ok_or_else(|| {
+    /// Returns the model in a format of `didim export`, and the parts that the format cannot hold.
+    /// Writes the model to a file if one is named. The notes of the command line go to the logger.
+    #[pyo3(signature = (format, name="arm", path=None, total_mass=None))]
+    fn export(
+        &self,
+        python: Python<'_>,
+        format: &str,
+        name: &str,
+        path: Option<PathBuf>,
+        total_mass: Option<f64>,
+    ) -> PyResult<(String, Vec<String>)> {
+        let is_named = |of: &Format| of.name() == format;
+        let format = Format::ALL.into_iter().find(is_named).ok_or_else(|| {
             let names = Format::ALL.map(Format::name).join(", ");
             errors::usage(format!("format `{format}` is unknown; known: {names}"))
         })?;
         let cell = didim::cell::Cell::clone(&self.cell);
         let (model, cell) = StoredModel::parse(self.json()?.as_bytes(), "result".as_ref(), cell)
             .map_err(errors::identification)?;
-        let consistent =
-            ConsistentModel::from_result(&cell, &model, None).map_err(errors::identification)?;
+        let consistent = ConsistentModel::from_result(&cell, &model, total_mass)
+            .map_err(errors::identification)?;
         let exported = consistent.write(format, name).map_err(errors::identification)?;
         if let Some(path) = path {
             write(&path, &exported.text)?;
         }
-        Ok(exported.text)
+        log(python, Level::INFO, consistent_summary(&consistent.outcome).trim_end())?;
+        for refusal in model.refusals(&cell.options.required_uses) {
+            log(python, Level::WARN, &refusal)?;
+        }
+        if consistent.has_no_friction() {
+            log(python, Level::WARN, NO_FRICTION)?;
+        }
+        let left_out: Vec<String> = exported.left_out.iter().map(ToString::to_string).collect();
+        for part in &left_out {
+            log(python, Level::WARN, &format!("left out: {part}"))?;
+        }
+        Ok((exported.text, left_out))
     }
 
     /// Writes the report (one HTML file).

@@ -27,6 +27,36 @@ URDF = """<robot name="two_axes">
 </robot>"""
 
 
+def random_urdf(seed: int, joints: int, *, sliding: bool = False) -> str:
+    """An arm with random joints and random possible bodies; with ``sliding``, every third joint is prismatic."""
+    random = np.random.default_rng(seed)
+
+    def text(values: np.ndarray) -> str:
+        return " ".join(repr(float(of)) for of in values)
+
+    links, chain = ['<link name="link_0"/>'], []
+    for joint in range(1, joints + 1):
+        # A body of points: its inertia is possible.
+        points = random.normal(0.0, 0.15, (20, 3))
+        mass, centre = random.uniform(0.5, 8.0), points.mean(axis=0)
+        off = points - centre
+        moments = mass / len(points) * (np.sum(off**2) * np.eye(3) - off.T @ off)
+        entries = {f"i{'xyz'[a]}{'xyz'[b]}": moments[a, b] for a in range(3) for b in range(a, 3)}
+        inertia = " ".join(f'{name}="{float(of)!r}"' for name, of in entries.items())
+        links.append(
+            f'<link name="link_{joint}"><inertial><origin xyz="{text(centre)}"/><mass value="{mass!r}"/>'
+            f"<inertia {inertia}/></inertial></link>"
+        )
+        kind = "prismatic" if sliding and joint % 3 == 2 else "revolute"
+        chain.append(
+            f'<joint name="joint_{joint}" type="{kind}"><parent link="link_{joint - 1}"/><child link="link_{joint}"/>'
+            f'<origin xyz="{text(random.uniform(-0.5, 0.5, 3))}" rpy="{text(random.uniform(-1.5, 1.5, 3))}"/>'
+            f'<axis xyz="{text(random.normal(0.0, 1.0, 3))}"/>'
+            '<limit lower="-2" upper="2" velocity="3" effort="200"/></joint>'
+        )
+    return f'<robot name="random_{seed}">{"".join(links + chain)}</robot>'
+
+
 @pytest.fixture(scope="session")
 def urdf(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("arm") / "arm.urdf"
@@ -67,9 +97,12 @@ def motion(seed: int, seconds: float = 20.0, rate: float = 500.0) -> tuple[np.nd
     return (time, *signals)
 
 
-def recording(robot: didim.Robot, seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def recording(
+    robot: didim.Robot, seed: int, values: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Times, positions and torques of the simulated arm, with noise."""
     time, q, dq, ddq = motion(seed)
     random = np.random.default_rng(1000 + seed)
-    torque = robot.inverse_dynamics(q, dq, ddq, truth(robot)) + random.normal(0.0, [1.0, 0.4], q.shape)
+    values = truth(robot) if values is None else values
+    torque = robot.inverse_dynamics(q, dq, ddq, values) + random.normal(0.0, [1.0, 0.4], q.shape)
     return time, q + random.normal(0.0, 2e-6, q.shape), torque

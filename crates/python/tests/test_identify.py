@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 import gc
+import inspect
 import json
 import logging
+import signal
+import subprocess
+import sys
 import threading
 import time as clock
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -73,6 +78,16 @@ def test_json_is_that_of_the_command_line() -> None:
     assert 0.0 < prediction.relative_error < 0.5
 
 
+def test_joints_choose_torques_as_on_the_command_line() -> None:
+    cell = didim.Cell.read(KR300 / "cell.toml")
+    found = didim.identify(cell, didim.read(KR300 / "a.csv", cell), start=1.8, end=8.2, joints=[1, 2, 3])
+    line = {"cell": KR300 / "cell.toml", "input": KR300 / "a.csv", "json": True, "joints": "1,2,3"}
+    printed = json.loads(didim.run("identify", from_=1.8, to=8.2, **line))
+    assert json.dumps(found.data["parameters"]) == json.dumps(printed["parameters"])
+    load = didim.payload(found, KR300 / "c.csv", start=1.8, end=8.196)
+    assert len(load.data["after"]["relative_error_per_joint"]) == len(printed["relative_error_per_joint"])
+
+
 def test_saved_results_are_read_by_the_program(result: didim.Result, tmp_path: Path) -> None:
     saved, report = tmp_path / "result.json", tmp_path / "report.html"
     result.save(saved)
@@ -95,6 +110,20 @@ def test_errors_have_the_class_of_their_cause(robot: didim.Robot, urdf: Path, tm
     time, q, torque = recording(robot, 1)
     with pytest.raises(didim.UsageError, match=r"torque has the shape \(10000, 1\); give \(10000, 2\)"):
         didim.Recording(time, q, torque[:, :1])
+    with pytest.raises(didim.UsageError, match="give position.T"):
+        didim.Recording(time, q.T, torque.T)
+    with pytest.raises(didim.UsageError, match="one row per time"):
+        didim.Recording(time, q, torque[1:])
+    with pytest.raises(didim.UsageError, match="didim.read"):
+        didim.identify(robot, str(urdf))  # type: ignore[arg-type]
+    with pytest.raises(didim.UsageError, match="robot is of the type str"):
+        didim.identify(str(urdf), didim.Recording(time, q, torque))  # type: ignore[arg-type]
+    with pytest.raises(didim.UsageError, match="robot.cell"):
+        didim.read(KR300 / "a.csv", robot)  # type: ignore[arg-type]
+    with pytest.raises(didim.DataError, match="in seconds"):
+        didim.identify(robot, didim.Recording(1e6 * time, q, torque))
+    with pytest.raises(didim.UsageError, match="nowhere.*is no joint"):
+        didim.identify(robot, didim.Recording(time, q, torque), joints=["nowhere"])
     with pytest.raises(didim.DataError, match="torque has a value that is no finite number"):
         didim.Recording(time, q, np.where(torque > 0.0, np.nan, torque))
     with pytest.raises(didim.DataError, match="time"):
@@ -151,19 +180,63 @@ def test_other_threads_go_on_while_it_identifies(robot: didim.Robot) -> None:
     assert len({result._native.json() for result in results}) == 1, "the same input, the same bytes"
 
 
-def test_two_threads_identify_at_the_same_time(robot: didim.Robot) -> None:
-    texts: dict[int, str] = {}
+def test_threads_give_the_bytes_of_one_after_the_other(robot: didim.Robot) -> None:
+    data = {seed: didim.Recording(*recording(robot, seed)) for seed in (1, 2)}
 
-    def identify(seed: int) -> None:
-        data = didim.Recording(*recording(robot, seed))
-        texts[seed] = didim.identify(robot, data, position_filter={"cutoff_hz": 10.0})._native.json()
+    def identify(seed: int) -> str:
+        return didim.identify(robot, data[seed], position_filter={"cutoff_hz": 10.0})._native.json()
 
-    threads = [threading.Thread(target=identify, args=(seed,)) for seed in (1, 2)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    assert set(texts) == {1, 2} and texts[1] != texts[2]
+    alone = {seed: identify(seed) for seed in data}
+    with ThreadPoolExecutor(4) as threads:
+        together = list(threads.map(identify, [1, 2] * 4))
+    assert together == [alone[1], alone[2]] * 4 and alone[1] != alone[2]
+
+
+def test_an_interrupt_ends_the_wait(urdf: Path, tmp_path: Path) -> None:
+    program = tmp_path / "program.py"
+    program.write_text(
+        f"""
+import numpy as np, didim
+robot = didim.Robot.from_urdf({str(urdf)!r}, drive_inertia=True, friction=["viscous", "coulomb", "offset"])
+time = np.arange(300_000) / 500.0
+q = np.sin(np.outer(time, [1.0, 1.3])) + 0.3 * np.sin(np.outer(time, [3.1, 2.7]))
+data = didim.Recording(time, q, np.random.default_rng(1).normal(size=q.shape))
+print("begin", flush=True)
+try:
+    didim.identify(robot, data)
+except KeyboardInterrupt:
+    print("interrupted", flush=True)
+"""
+    )
+    running = subprocess.Popen([sys.executable, program], stdout=subprocess.PIPE, text=True)
+    assert running.stdout is not None and running.stdout.readline() == "begin\n"
+    clock.sleep(0.3)
+    running.send_signal(signal.SIGINT)
+    begin = clock.monotonic()
+    assert running.stdout.readline() == "interrupted\n"
+    assert clock.monotonic() - begin < 5.0
+    running.wait(60)
+
+
+def test_every_public_name_says_what_it_takes() -> None:
+    for name in didim.__all__:
+        of = getattr(didim, name)
+        if name.startswith("__"):
+            continue
+        assert of.__doc__, name
+        members = vars(of).items() if inspect.isclass(of) else [("", of)]
+        for member, value in members:
+            if member.startswith("_"):
+                continue
+            described = value.fget if isinstance(value, property) else getattr(value, "__func__", value)
+            if inspect.isfunction(described):
+                full = f"{name}.{member}"
+                text = inspect.getdoc(described) or ""
+                assert text, full
+                arguments = [of for of in inspect.signature(described).parameters if of not in ("self", "cls", "options")]
+                assert not arguments or "Args:" in text or len(arguments) == 1, full
+                for argument in arguments if "Args:" in text else []:
+                    assert f"{argument}: " in text, f"{full}: {argument}"
 
 
 def test_a_thousand_calls_leave_no_memory(robot: didim.Robot) -> None:
@@ -179,9 +252,17 @@ def test_a_thousand_calls_leave_no_memory(robot: didim.Robot) -> None:
         for _ in range(count):
             robot.regressor(q, dq, ddq)
             robot.inverse_dynamics(q, dq, ddq, values)
-            didim.Recording(np.arange(len(q)) / 500.0, q, dq)
+            didim.Recording(np.arange(len(q)) / 500.0, q, dq).position
 
-    calls(50)
-    before = resident_kib()
-    calls(1000)
-    assert resident_kib() - before < 8 * 1024, "1,000 calls of 0.3 MB each"
+    data = didim.Recording(*recording(robot, 1))
+
+    def identifications(count: int) -> None:
+        for _ in range(count):
+            result = didim.identify(robot, data, position_filter={"cutoff_hz": 10.0}, end=4.0)
+            result.predict(data), result.covariance, result.export("json")
+
+    for work, warm, count, kind in ((calls, 50, 1000, "calls of 0.3 MB"), (identifications, 5, 20, "identifications")):
+        work(warm)
+        before = resident_kib()
+        work(count)
+        assert resident_kib() - before < 8 * 1024, f"{count} {kind}"

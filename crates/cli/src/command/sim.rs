@@ -1,4 +1,4 @@
-//! `didim sim`: runs the simulated arm as a device on a bus.
+//! `didim sim`: runs the simulated arm as a device on a bus, or writes its signals to a table.
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
@@ -6,8 +6,9 @@ use std::sync::atomic::Ordering;
 use clap::Args;
 use didim_drivers::source::{CandumpWriter, InterfaceName, StampDigits};
 use didim_dynamics::trajectory::SampledReference;
-use didim_formats::read_motion;
+use didim_formats::{Measurement, Side, read_motion, write_csv};
 use didim_sim::{CandumpSink, Pace, PlaybackResult, Scenario, SocketCanSink, VirtualDevice, play};
+use serde::Serialize;
 
 use crate::CliError;
 use crate::frame::note_lines;
@@ -25,8 +26,15 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "FILE", default_value = DEFAULT_CELL)]
     cell: PathBuf,
     /// Destination of the frames: can:INTERFACE, or log:FILE
-    #[arg(long, value_name = "BUS")]
-    bus: BusAddress,
+    #[arg(long, value_name = "BUS", required_unless_present = "out", conflicts_with = "out")]
+    bus: Option<BusAddress>,
+    /// A table of the motors' signals instead (*.csv), at the rate of the scenario's controller and
+    /// without the faults of its frames
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["fast", "repeat"])]
+    out: Option<PathBuf>,
+    /// With --out: print one JSON object with the true parameters and nothing else
+    #[arg(long, requires = "out")]
+    json: bool,
     /// The scenario to simulate: a file, or one of the shipped tx40-paper, tx40-paper-errors and
     /// tx40-physical
     #[arg(long, value_name = "NAME|FILE", default_value = "tx40-paper")]
@@ -47,7 +55,12 @@ pub(crate) struct Arguments {
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let cell = Cell::read(&arguments.cell).map_err(CliError::from_configuration)?;
-    match &arguments.bus {
+    let destination = match (&arguments.bus, &arguments.out) {
+        (_, Some(path)) => return write_table(arguments, path, &cell),
+        (Some(bus), None) => bus,
+        (None, None) => return Err(CliError::Usage("give --bus or --out".to_owned())),
+    };
+    match destination {
         BusAddress::Can(_) => {}
         BusAddress::Log(_) if arguments.repeat => {
             return Err(CliError::Usage("--repeat would fill the disk with a log".to_owned()));
@@ -74,7 +87,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         .map_err(CliError::from_configuration)?;
     let stop = stop_flag().map_err(CliError::from_failure)?;
     let pace = if arguments.fast { Pace::Unpaced } else { Pace::RealTime };
-    let played = match &arguments.bus {
+    let played = match destination {
         BusAddress::Can(interface) => {
             let mut sink =
                 SocketCanSink::open(interface.as_str()).map_err(CliError::from_failure)?;
@@ -106,7 +119,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
             PlaybackResult::default()
         }
     };
-    let lateness = match (pace, &arguments.bus) {
+    let lateness = match (pace, destination) {
         (Pace::RealTime, BusAddress::Can(_)) => {
             format!(", the latest {:.2} ms late", played.largest_delay.as_secs_f64() * 1e3)
         }
@@ -117,8 +130,60 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         scenario.name(),
         played.cycles,
         played.frames,
-        arguments.bus
+        destination
     ))
+}
+
+/// Version of the layout of `--json`.
+const SCHEMA: u32 = 1;
+
+/// Output of `--json`.
+#[derive(Serialize)]
+struct Output<'a> {
+    schema: u32,
+    scenario: &'a str,
+    robot: &'a str,
+    samples: usize,
+    sample_rate_hz: f64,
+    /// True base parameters of the arm without a payload, in SI units.
+    truth: Vec<TrueValue<'a>>,
+}
+
+#[derive(Serialize)]
+struct TrueValue<'a> {
+    name: &'a str,
+    value: f64,
+}
+
+/// Writes the signals of the motors as a table, with the rests of the scenario's playback.
+fn write_table(arguments: &Arguments, path: &PathBuf, cell: &Cell) -> Result<(), CliError> {
+    let read = [&arguments.cell, &cell.robot_file, Path::new(&arguments.scenario)];
+    check_outputs([path], &read)?;
+    let scenario = changed_scenario(arguments, read_scenario(&arguments.scenario, cell)?)?;
+    let sample_rate_hz = scenario.controller().timing.sample_period_s().recip();
+    let rests = scenario.playback();
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "the scenario's rests are not negative; saturates"
+    )]
+    let [before, after] =
+        [rests.lead_in_s, rests.tail_s].map(|rest_s| (rest_s * sample_rate_hz).round() as usize);
+    let record = scenario.record_with_rests(before, after).map_err(CliError::from_failure)?;
+    let signals = record.motor_signals();
+    let measurement = Measurement { side: Side::Motor, signals, rate_unchecked: false };
+    write_whole(path, |out| write_csv(&measurement, out, path).map_err(CliError::from_failure))?;
+    let (samples, robot) = (measurement.samples(), cell.robot.name());
+    if !arguments.json {
+        let (name, file) = (scenario.name(), path.display());
+        return print(&format!("{name}: {samples} samples at {sample_rate_hz} Hz in {file}\n"));
+    }
+    let truth = scenario.truth().iter().map(|(name, value)| TrueValue { name, value: *value });
+    let truth = truth.collect();
+    let scenario = scenario.name();
+    let output = Output { schema: SCHEMA, scenario, robot, samples, sample_rate_hz, truth };
+    let json = serde_json::to_string(&output).map_err(CliError::from_failure)?;
+    print(&format!("{json}\n"))
 }
 
 /// Applies the motion, the seed and the repetition of the arguments to the scenario.

@@ -82,7 +82,8 @@ pub(super) const PAGES: &[CommandPage] = &[
     page(
         "sim",
         "Sends what the drives of a simulated arm would send, in the layout of the cell: on a \
-        virtual CAN interface, or into a log.",
+        virtual CAN interface, or into a log. With --out, writes the signals of its motors as a \
+        table, for a cell with or without a bus.",
         &[
             ["didim sim --cell cell.toml --bus log:drive.log --fast", "a log to try the cell with"],
             ["didim sim --cell cell.toml --bus can:vcan0 --repeat", "an arm on a virtual bus"],
@@ -90,6 +91,7 @@ pub(super) const PAGES: &[CommandPage] = &[
                 "didim sim --cell cell.toml --bus log:next.log --motion next.csv",
                 "the recording of a designed motion",
             ],
+            ["didim sim --cell cell.toml --out arm.csv --json", "a table, and the true parameters"],
         ],
         FILES_OF_CELLS,
         &["didim-identify(1)", "didim-cell(5)"],
