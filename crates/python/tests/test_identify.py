@@ -201,8 +201,8 @@ robot = didim.Robot.from_urdf({str(urdf)!r}, drive_inertia=True, friction=["visc
 time = np.arange(300_000) / 500.0
 q = np.sin(np.outer(time, [1.0, 1.3])) + 0.3 * np.sin(np.outer(time, [3.1, 2.7]))
 data = didim.Recording(time, q, np.random.default_rng(1).normal(size=q.shape))
-print("begin", flush=True)
 try:
+    print("begin", flush=True)
     didim.identify(robot, data)
 except KeyboardInterrupt:
     print("interrupted", flush=True)
