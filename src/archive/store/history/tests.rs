@@ -2,8 +2,11 @@ use std::fs::{self, OpenOptions};
 use std::io::Write;
 use std::path::Path;
 
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+
 use super::*;
-use crate::archive::store::Timestamp;
+use crate::archive::store::{ModelDifference, Timestamp};
 use crate::window::Note;
 
 fn line(result: u64) -> HistoryLine {
@@ -162,6 +165,53 @@ fn results_of_two_weeks_have_lines_and_older_ones_rows_of_days() {
     append_days(folder.path(), 20..22, 20 * 1_200);
     let later = fs::read_to_string(folder.path().join("history-days.jsonl")).unwrap();
     assert!(later.starts_with(&text) && later.lines().count() == 7);
+}
+
+/// 28 parameters with random digits, compared with a baseline, at 3,000 results a day: two weeks of
+/// lines and ten years of days take less than 60 MB.
+#[test]
+fn ten_years_of_a_busy_arm_are_small() {
+    let folder = tempfile::tempdir_in("/dev/shm").unwrap();
+    let mut random = ChaCha8Rng::seed_from_u64(40);
+    let mut uniform = || f64::from(random.next_u32()) / f64::from(u32::MAX);
+    let mut lines: Vec<HistoryLine> = Vec::new();
+    for result in 0..3_000 {
+        let mut line = line_of_day(0, 28 * result, result);
+        line.configuration = "c0ffee".repeat(10);
+        line.regrouping.clone_from(&line.configuration);
+        line.relative_error = Some(uniform());
+        let parameter = |k: usize| {
+            let value = uniform();
+            ParameterValue {
+                name: format!("xx{k}r"),
+                description: None,
+                unit: "kg·m²".into(),
+                value: 1.0 + 1e-3 * value,
+                standard_deviation: 1e-3 * (1.0 + value.sin()),
+                combined_standard_deviation: Some(1e-2 * (1.0 + value.cos())),
+            }
+            .rounded()
+        };
+        line.parameters = (0..28).map(parameter).collect();
+        line.against = Some(ModelDifference {
+            result: 0,
+            time: line.time,
+            standard_deviations: line.parameters.iter().map(|of| of.value as f32).collect(),
+        });
+        lines.push(line);
+    }
+    let text = |lines: &[HistoryLine]| {
+        let lines = lines.iter().map(|line| serde_json::to_string(line).unwrap() + "\n");
+        lines.collect::<String>()
+    };
+    let day = text(&lines);
+    segments::write_segment(folder.path(), 0, day.as_bytes()).unwrap();
+    let path = segments::segment_path(folder.path(), 0);
+    let compressed = fs::metadata(path).unwrap().len();
+    let row = text(&day_rows(&lines, 0)).len() as u64;
+    let total = day.len() as u64 + 14 * compressed + 3_650 * row;
+    println!("day {}, compressed {compressed}, row {row}, in all {total} bytes", day.len());
+    assert!(total < 60_000_000, "{} {compressed} {row}: {total}", day.len());
 }
 
 #[test]
