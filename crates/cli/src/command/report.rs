@@ -41,8 +41,12 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let out = arguments.out.clone().unwrap_or_else(|| default_name(&file));
     check_outputs([&out], &[&arguments.cell, &file, &cell.robot_file])?;
     let record = read_bytes(&file).map_err(|error| CliError::in_file(&file, error))?;
-    let record: ResultRecord =
+    let mut record: ResultRecord =
         serde_json::from_slice(&record).map_err(|error| CliError::in_file(&file, error))?;
+    // JSON has it in the name alone.
+    for parameter in &mut record.estimate.parameters {
+        parameter.regrouped = parameter.name.ends_with('r');
+    }
     let is_of_cell = record.configuration == cell.configuration_sha256;
     if !is_of_cell {
         tracing::warn!("{}: {OTHER_CONFIGURATION}", file.display());
@@ -84,7 +88,13 @@ fn reproduce(
 ) -> Result<Option<Identification>, CliError> {
     let input = InputFileOrStream::open(recording)?;
     let identification = replay_recording(cell, &input, &[], None)?.1.identification;
-    let is_same = identification.estimate.parameters == record.estimate.parameters;
+    let (found, stored) = (&identification.estimate.parameters, &record.estimate.parameters);
+    // The last digit may differ after reading.
+    let is_same = found.len() == stored.len()
+        && found.iter().zip(stored).all(|(found, stored)| {
+            let rounded = |value: f64| format!("{value:.9e}");
+            found.name == stored.name && rounded(found.value) == rounded(stored.value)
+        });
     if !is_same {
         tracing::warn!("{}: it gives another result, and is not shown", recording.display());
     }
