@@ -89,9 +89,9 @@ fn a_report_is_drawn_from_the_kept_recording() {
     };
     // The steps of the iteration are stored.
     assert_eq!(report(), (true, 1));
-    let kept = state.path().join("recordings/kept");
-    fs::create_dir_all(&kept).unwrap();
-    fs::copy(&recording, kept.join("result-00000000.mcap")).unwrap();
+    let recordings = state.path().join("recordings/kept");
+    fs::create_dir_all(&recordings).unwrap();
+    fs::copy(&recording, recordings.join("result-00000000.mcap")).unwrap();
     assert_eq!(report(), (false, 19));
 }
 

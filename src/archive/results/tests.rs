@@ -169,13 +169,13 @@ fn the_date_of_a_drift_outlives_its_results_and_a_restart() {
     Baseline::from_result(lines[0].clone()).write(folder.path()).unwrap();
     let mut results = open(folder.path());
     assert!(results.poll_baseline());
-    let left = |results: &Results| results.drift().unwrap().alarms[0].since;
-    assert_eq!(left(&results), lines[1_200].time);
+    let since = |results: &Results| results.drift().unwrap().alarms[0].since;
+    assert_eq!(since(&results), lines[1_200].time);
     // Each result makes a segment a row.
     for _ in 0..3 {
         take(&mut results, 7.5);
     }
-    let known = results.drift().unwrap();
+    let before = results.drift().unwrap();
     let (history, _) = crate::archive::store::read_history(folder.path()).unwrap();
     let days = history.iter().filter(|line| line.day.is_some());
     assert_eq!(
@@ -185,13 +185,13 @@ fn the_date_of_a_drift_outlives_its_results_and_a_restart() {
     drop(results);
     let mut results = open(folder.path());
     assert!(results.poll_baseline());
-    assert_eq!(left(&results), lines[1_200].time);
+    assert_eq!(since(&results), lines[1_200].time);
     let again = results.drift().unwrap();
     let slope = |of: &DriftStatus| of.alarms[0].slope_per_day.unwrap();
     // The time of a row is in whole seconds, and the row of its day has the baseline once more.
-    assert!((slope(&again) / slope(&known) - 1.0).abs() < 1e-3);
+    assert!((slope(&again) / slope(&before) - 1.0).abs() < 1e-3);
     let without_slopes = |of: &DriftStatus| (of.parameters.clone(), of.alarms[0].text.clone());
-    assert_eq!(without_slopes(&again), without_slopes(&known));
+    assert_eq!(without_slopes(&again), without_slopes(&before));
 }
 
 #[test]

@@ -180,18 +180,21 @@ pub(in crate::archive::store) fn day_rows(lines: &[HistoryLine], segment: u64) -
     groups.iter().filter_map(|group| day_row(group, segment)).collect()
 }
 
+/// Returns the mean of a parameter over lines. Its times are days after the first of them.
+fn mean_of(lines: &[&HistoryLine], index: usize) -> WeightedMean {
+    let mut mean = WeightedMean::default();
+    for line in lines {
+        let time_d = line.time.days_after(lines[0].time);
+        line.mean_part(index, time_d).into_iter().for_each(|part| mean.add(part));
+    }
+    mean
+}
+
 fn day_row(lines: &[&HistoryLine], segment: u64) -> Option<HistoryLine> {
     let (first, last) = (*lines.first()?, *lines.last()?);
     let mut scatter = Vec::new();
-    let parameter = |index: usize| {
-        let mut mean = WeightedMean::default();
-        for line in lines {
-            let time_d = line.time.days_after(first.time);
-            line.mean_part(index, time_d).into_iter().for_each(|part| mean.add(part));
-        }
-        mean
-    };
-    let means: Vec<WeightedMean> = (0..last.parameters.len()).map(parameter).collect();
+    let indices = 0..last.parameters.len();
+    let means: Vec<WeightedMean> = indices.map(|index| mean_of(lines, index)).collect();
     let parameters = last.parameters.iter().zip(&means).map(|(of, mean)| {
         scatter.push(mean.scatter().map(|of| round(of, 5)));
         ParameterValue {

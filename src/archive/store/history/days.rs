@@ -93,14 +93,14 @@ impl DaysFile {
     /// Replaces the file by one with only some of its rows.
     fn rewrite(&mut self, is_kept: impl Fn(&HistoryLine) -> bool) -> Result<(), StoreError> {
         let file = File::open(&self.path).map_err(io_error("read", &self.path))?;
-        let mut kept = Vec::new();
+        let mut remaining = Vec::new();
         let scanned = scan(file, |text, line| {
             // Rows of a later version are copied unchanged.
             if line.is_none_or(|line| is_kept(&line)) {
-                kept.extend_from_slice(text);
+                remaining.extend_from_slice(text);
             }
         });
         scanned.map_err(io_error("read", &self.path))?;
-        write(&self.path, &kept)
+        write(&self.path, &remaining)
     }
 }

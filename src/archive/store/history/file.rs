@@ -255,7 +255,7 @@ impl HistoryFile {
                     segments.push(segment);
                     last_result = last.or(last_result);
                 }
-                // It stays as it is, and is reported to whoever reads it.
+                // It stays as it is, and is reported to its readers.
                 Err(cause) => {
                     tracing::warn!("{}: {cause}", segment_path(folder, *number).display());
                 }
@@ -370,8 +370,8 @@ impl HistoryFile {
         now: Timestamp,
     ) -> Result<Option<(u64, Vec<HistoryLine>)>, StoreError> {
         let Some((oldest, newer)) = self.segments.split_first() else { return Ok(None) };
-        let kept = newer.iter().map(|segment| segment.lines).sum::<usize>() + self.lines;
-        if oldest.newest_day + DAYS_IN_FULL >= now.day() || kept < self.min_lines {
+        let newer_lines = newer.iter().map(|segment| segment.lines).sum::<usize>() + self.lines;
+        if oldest.newest_day + DAYS_IN_FULL >= now.day() || newer_lines < self.min_lines {
             return Ok(None);
         }
         let mut lines = Vec::new();

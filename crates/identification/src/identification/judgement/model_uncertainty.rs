@@ -300,20 +300,20 @@ mod tests {
 
     #[test]
     fn an_uncertainty_of_schema_1_is_read() {
-        let kept = "observed = { torque_nm = [], highest_speed = [], left_out_shares = [] }
+        let common = "observed = { torque_nm = [], highest_speed = [], left_out_shares = [] }
             deviations = [1.0]
             mean = [2.0, 2.0]
             noise_nm = []\n";
         let rows = "covariance = ['4e0', '0e0 4e0']\ninfluence = ['3e0']";
         let mut expected = result(3.0, 1.0, 1);
-        let read: ModelUncertainty = toml::from_str(&(kept.to_owned() + rows)).unwrap();
+        let read: ModelUncertainty = toml::from_str(&(common.to_owned() + rows)).unwrap();
         expected.observed = read.observed.clone();
         assert_eq!(read, expected);
-        let silent: ModelUncertainty = toml::from_str(kept).unwrap();
+        let silent: ModelUncertainty = toml::from_str(common).unwrap();
         assert_eq!(silent.difference_deviations(&expected), None);
         // A negative variance has no factor.
         let negative = "covariance = ['4e0', '0e0 -4e0']\ninfluence = ['3e0']";
-        let negative: ModelUncertainty = toml::from_str(&(kept.to_owned() + negative)).unwrap();
+        let negative: ModelUncertainty = toml::from_str(&(common.to_owned() + negative)).unwrap();
         assert_eq!(negative.difference_deviations(&expected), None);
     }
 }

@@ -67,17 +67,14 @@ impl ScaledRows {
         }
         let mut factor = DMatrix::<f64>::zeros(size, size);
         for column in 0..size {
-            let known = |row: usize, factor: &DMatrix<f64>| {
-                let part = |k: usize| factor.view((k, 0), (1, column)).into_owned();
-                covariance[(row, column)] - part(row).dot(&part(column))
-            };
-            let pivot = known(column, &factor);
+            let pivot = remainder(covariance, &factor, (column, column));
             if pivot <= f64::EPSILON * diagonal[column] {
                 continue;
             }
             factor[(column, column)] = pivot.sqrt();
             for row in column + 1..size {
-                factor[(row, column)] = known(row, &factor) / factor[(column, column)];
+                factor[(row, column)] =
+                    remainder(covariance, &factor, (row, column)) / factor[(column, column)];
             }
         }
         let row = |k: usize| factor.row(k).iter().take(k + 1).copied().collect::<Vec<f64>>();
@@ -102,6 +99,16 @@ impl ScaledRows {
             multiples.get(column).map_or(0.0, |of| f64::from(*scale) * f64::from(*of))
         })
     }
+}
+
+/// Returns an element of a covariance without the contribution of the factor's earlier columns.
+fn remainder(
+    covariance: &DMatrix<f64>,
+    factor: &DMatrix<f64>,
+    (row, column): (usize, usize),
+) -> f64 {
+    let [own, other] = [row, column].map(|k| factor.view((k, 0), (1, column)));
+    covariance[(row, column)] - own.dot(&other)
 }
 
 impl Serialize for ScaledRows {
