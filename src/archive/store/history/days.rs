@@ -42,8 +42,8 @@ impl DaysFile {
             return Ok(days);
         };
         let is_whole = |line: &HistoryLine| {
-            let segment = line.day.as_ref().map(|day| day.segment);
-            existing_segment.is_none_or(|exists| segment < Some(exists))
+            existing_segment
+                .is_none_or(|exists| line.day.as_ref().map(|day| day.segment) < Some(exists))
         };
         let mut is_cut = false;
         let scanned = scan(file, |_, line| match line {

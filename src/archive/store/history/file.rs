@@ -43,6 +43,11 @@ pub enum HistoryError {
     },
 }
 
+fn read_failure(path: &Path) -> impl FnOnce(io::Error) -> HistoryError {
+    let path = path.to_owned();
+    move |cause| HistoryError::Io { path, cause }
+}
+
 /// Calls a function with each line of the history of a results folder, oldest first: the rows of
 /// the days, then the lines of the results. Returns the number of skipped lines: incomplete lines,
 /// lines of other programs, and lines of a later version of this program. Keeps no line in memory.
@@ -54,19 +59,15 @@ pub fn for_each_line(
     mut take: impl FnMut(HistoryLine),
 ) -> Result<usize, HistoryError> {
     let path = folder.join(FILE_NAME);
-    let failed = |path: &Path| {
-        let path = path.to_owned();
-        move |cause| HistoryError::Io { path, cause }
-    };
-    let (segments, current) = open_parts(folder).map_err(failed(&path))?;
+    let (segments, current) = open_parts(folder).map_err(read_failure(&path))?;
     if current.is_none() && segments.is_empty() {
         return Err(HistoryError::None { folder: folder.to_owned() });
     }
     for_each_day(folder, &mut take)?;
     let mut passed_over = 0;
     let mut take_all = |file: &mut dyn Read| {
-        passed_over += scan(file, |_, line| line.into_iter().for_each(&mut take))?.passed_over;
-        Ok(())
+        scan(file, |_, line| line.into_iter().for_each(&mut take))
+            .map(|scanned| passed_over += scanned.passed_over)
     };
     for number in segments {
         match open_segment(folder, number) {
@@ -74,12 +75,12 @@ pub fn for_each_line(
             Err(cause) if cause.kind() == io::ErrorKind::NotFound => {}
             opened => {
                 let taken = opened.and_then(|mut segment| take_all(&mut segment));
-                taken.map_err(failed(&segment_path(folder, number)))?;
+                taken.map_err(read_failure(&segment_path(folder, number)))?;
             }
         }
     }
     if let Some(mut current) = current {
-        take_all(&mut current).map_err(failed(&path))?;
+        take_all(&mut current).map_err(read_failure(&path))?;
     }
     Ok(passed_over)
 }
