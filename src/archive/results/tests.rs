@@ -154,9 +154,8 @@ fn the_date_of_a_drift_outlives_its_results_and_a_restart() {
         })
         .map(|(result, day, of_day)| line(result, day, of_day))
         .collect();
-    let text = |lines: &[HistoryLine]| {
-        let lines = lines.iter().map(|line| serde_json::to_string(line).unwrap() + "\n");
-        lines.collect::<String>()
+    let text = |lines: &[HistoryLine]| -> String {
+        lines.iter().map(|line| serde_json::to_string(line).unwrap() + "\n").collect()
     };
     for segment in 0..3 {
         let lines = text(&lines[700 * segment..700 * (segment + 1)]);

@@ -200,9 +200,8 @@ fn ten_years_of_a_busy_arm_are_small() {
         });
         lines.push(line);
     }
-    let text = |lines: &[HistoryLine]| {
-        let lines = lines.iter().map(|line| serde_json::to_string(line).unwrap() + "\n");
-        lines.collect::<String>()
+    let text = |lines: &[HistoryLine]| -> String {
+        lines.iter().map(|line| serde_json::to_string(line).unwrap() + "\n").collect()
     };
     let day = text(&lines);
     segments::write_segment(folder.path(), 0, day.as_bytes()).unwrap();
