@@ -84,7 +84,7 @@ fn identify() -> Identify {
     let takes = if ["long-identification", "replay"].contains(&fault().as_str()) { 600 } else { 0 };
     Box::new(move |_| {
         std::thread::sleep(Duration::from_secs(takes));
-        Ok(IdentifiedWindow { estimate: Estimate::default(), report: None })
+        Ok(IdentifiedWindow { estimate: Estimate::default() })
     })
 }
 

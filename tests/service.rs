@@ -96,7 +96,7 @@ fn digest(window: &Window) -> Estimate {
 }
 
 fn identify() -> Identify {
-    Box::new(|window| Ok(IdentifiedWindow { estimate: digest(window), report: None }))
+    Box::new(|window| Ok(IdentifiedWindow { estimate: digest(window) }))
 }
 
 /// Three motions and rest between them.
@@ -144,7 +144,7 @@ fn a_replay_gives_the_same_bytes_however_slow_the_identification() {
     // The queue takes one window, so a live bus would have lost some.
     let slowly: Identify = Box::new(|window| {
         std::thread::sleep(Duration::from_millis(300));
-        Ok(IdentifiedWindow { estimate: digest(window), report: None })
+        Ok(IdentifiedWindow { estimate: digest(window) })
     });
     replay(three_motions(), slow.path(), slowly);
     let results = results(fast.path());
@@ -182,7 +182,7 @@ fn a_refusal_is_counted_with_its_words() {
         if std::mem::take(&mut first) {
             Err("too little excitation".into())
         } else {
-            Ok(IdentifiedWindow { estimate: digest(window), report: None })
+            Ok(IdentifiedWindow { estimate: digest(window) })
         }
     });
     let report = replay(three_motions(), folder.path(), identify);
@@ -206,7 +206,7 @@ fn a_result_that_the_disk_refuses_is_stored_later_and_in_order() {
             2 => std::fs::remove_dir(&in_the_way)?,
             _ => {}
         }
-        Ok(IdentifiedWindow { estimate: digest(window), report: None })
+        Ok(IdentifiedWindow { estimate: digest(window) })
     });
     let report = replay(three_motions(), folder.path(), identify);
     let estimation = report.snapshot.estimation.unwrap();
@@ -226,7 +226,7 @@ fn a_result_that_the_disk_refuses_to_the_end_is_counted() {
     let in_the_way = folder.path().join("result-00000000.json");
     let identify: Identify = Box::new(move |window| {
         std::fs::create_dir_all(&in_the_way)?;
-        Ok(IdentifiedWindow { estimate: digest(window), report: None })
+        Ok(IdentifiedWindow { estimate: digest(window) })
     });
     let report = replay(three_motions(), folder.path(), identify);
     let estimation = report.snapshot.estimation.unwrap();
@@ -247,7 +247,7 @@ fn a_living_bus_does_not_wait_for_the_identification() {
     });
     let slowly: Identify = Box::new(|window| {
         std::thread::sleep(Duration::from_millis(400));
-        Ok(IdentifiedWindow { estimate: digest(window), report: None })
+        Ok(IdentifiedWindow { estimate: digest(window) })
     });
     let trigger = Trigger::Interval { length_s: 0.3 };
     let estimation = estimation(&network, trigger, folder.path(), slowly);
@@ -306,7 +306,7 @@ fn child_is_stopped_while_it_identifies() {
             kill_process(pid, Signal::TERM).unwrap();
             std::thread::sleep(Duration::from_secs(20));
         }
-        Ok(IdentifiedWindow { estimate: digest(window), report: None })
+        Ok(IdentifiedWindow { estimate: digest(window) })
     });
     let estimation = estimation(&network, Trigger::Interval { length_s: 0.3 }, &folder, identify);
     let report = run(&ServiceOptions::default(), Parts::Both(acquisition, estimation)).unwrap();

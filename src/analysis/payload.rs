@@ -123,6 +123,7 @@ mod tests {
             parameters: Vec::new(),
             against: None,
             load: None,
+            day: None,
             readings: Default::default(),
         })
     }

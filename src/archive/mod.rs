@@ -6,4 +6,4 @@ pub mod fleet;
 mod results;
 pub mod store;
 
-pub use results::{ResultOptions, Results};
+pub use results::{ResultOptions, Results, drift_of_result};

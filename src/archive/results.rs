@@ -1,14 +1,13 @@
 //! The results of one arm in a folder: stored with their configuration, compared with a baseline.
 
-use std::collections::VecDeque;
 use std::path::Path;
 
 use crate::archive::drift::{
-    AlarmEvent, BASELINE_PLACE, Baseline, BaselineWatch, DriftOptions, DriftStatus, Tracker,
+    AlarmEvent, Baseline, BaselineWatch, ChooseError, DriftOptions, DriftStatus, Tracker,
 };
 use crate::archive::store::{
-    Attachments, ConfigurationTexts, HistoryLine, ModelDifference, RECENT_LINES, ResultRecord,
-    Store, StoreError, Stored, Timestamp,
+    Attachments, ConfigurationTexts, HistoryError, HistoryLine, ModelDifference, ResultRecord,
+    Store, StoreError, Stored, Timestamp, for_each_day, for_each_line,
 };
 
 /// Data stored with the results, so that they can be reproduced and compared.
@@ -20,8 +19,6 @@ pub struct ResultOptions {
     pub regrouping: String,
     /// Options for drift from the baseline.
     pub drift: DriftOptions,
-    /// Function that describes the comparison with the baseline in a report (HTML).
-    pub baseline_section: Option<fn(&DriftStatus) -> String>,
 }
 
 /// A folder of results, open for writing.
@@ -30,8 +27,6 @@ pub struct Results {
     store: Store,
     /// Drift options of the last result.
     drift: DriftOptions,
-    /// Last lines of the history. A baseline may be set to one of them.
-    recent_lines: VecDeque<HistoryLine>,
     baseline: BaselineWatch,
     /// Reason why the existing baseline cannot be read. `None` if it was read or does not exist.
     baseline_error: Option<String>,
@@ -50,20 +45,13 @@ impl Results {
         max_results: usize,
         drift: DriftOptions,
     ) -> Result<Self, StoreError> {
-        let (store, recent) = Store::open_with_history(folder, max_results)?;
+        let store = Store::open(folder, max_results)?;
         let baseline = BaselineWatch::new(folder);
-        Ok(Self {
-            store,
-            drift,
-            recent_lines: recent,
-            baseline,
-            baseline_error: None,
-            tracker: None,
-        })
+        Ok(Self { store, drift, baseline, baseline_error: None, tracker: None })
     }
 
-    /// Checks whether another process has set or cleared the baseline. If so, compares the lines in
-    /// memory with the new one and returns true. An unreadable baseline is read again at each
+    /// Checks whether another process has set or cleared the baseline. If so, compares the history
+    /// with the new one and returns true. An unreadable baseline is read again at each
     /// check, because the same file may become readable, but is logged once.
     pub fn poll_baseline(&mut self) -> bool {
         if self.baseline_error.is_some() {
@@ -88,7 +76,7 @@ impl Results {
         let had = self.tracker.is_some();
         self.tracker = baseline.map(|baseline| {
             let mut tracker = Tracker::new(baseline, self.drift);
-            self.recent_lines.iter().for_each(|line| drop(tracker.handle_line(line)));
+            self.for_each_line(|line| drop(tracker.handle_line(&line)));
             tracker
         });
         match &self.tracker {
@@ -133,30 +121,58 @@ impl Results {
         self.tracker.as_ref().map(Tracker::status)
     }
 
-    /// Returns the stored result with these values from this input and configuration, among the
-    /// last results.
+    /// Returns the stored result with these values from this input and configuration, if it has a
+    /// line of its own in the history.
     pub fn find_equal(&self, record: &ResultRecord) -> Option<u64> {
-        let equal = |line: &&HistoryLine| line.has_values_of(record);
-        self.recent_lines.iter().rev().find(equal).map(|line| line.result)
+        let mut equal = None;
+        self.for_each_line(|line| {
+            if line.day.is_none() && line.has_values_of(record) {
+                equal = Some(line.result);
+            }
+        });
+        equal
+    }
+
+    /// Calls a function with each line of the history, also with those that are not written yet.
+    fn for_each_line(&self, mut take: impl FnMut(HistoryLine)) {
+        match for_each_line(self.store.folder(), &mut take) {
+            Ok(_) | Err(HistoryError::None { .. }) => {}
+            Err(error) => tracing::warn!("the drift is not complete: {error}"),
+        }
+        self.store.pending_lines().cloned().for_each(take);
+    }
+
+    /// Replaces results older than two weeks by rows of days, each with the alarms after it.
+    fn summarise_days(&mut self, now: Timestamp) -> Result<(), StoreError> {
+        let (folder, tracker) = (self.store.folder().to_owned(), self.tracker.as_ref());
+        let tracker = tracker.map(|tracker| Tracker::new(tracker.baseline().clone(), self.drift));
+        self.store.summarise_days(now, |rows, lines| {
+            let Some(mut tracker) = tracker else { return };
+            let earlier = for_each_day(&folder, |line| drop(tracker.handle_line(&line)));
+            if let Err(error) = earlier {
+                return tracing::warn!("the alarms of the days are not stored: {error}");
+            }
+            lines.iter().for_each(|line| drop(tracker.handle_line(line)));
+            if let Some(day) = rows.last_mut().and_then(|row| row.day.as_mut()) {
+                day.alarms = Some(tracker.checkpoint());
+            }
+        })
     }
 
     /// Prepares the comparison of the next result: with the drift options of its window, and with
     /// the present baseline.
     fn prepare_comparison(&mut self, drift: DriftOptions) {
         if drift != self.drift {
-            // The lines in memory are compared again with the same baseline and the new drift
-            // options.
+            // The history is compared again with the same baseline and the new drift options.
             self.drift = drift;
             self.baseline.report_again();
         }
-        // The baseline is checked before the line is added. If the baseline is later set to this
-        // line, it must be in memory.
         self.poll_baseline();
     }
 
-    fn follow_line(&mut self, line: HistoryLine) {
+    fn follow_line(&mut self, line: &HistoryLine) {
         if let Some(tracker) = &mut self.tracker {
-            for (parameter, event) in tracker.handle_line(&line) {
+            for (parameter, event) in tracker.handle_line(line) {
                 match event {
                     AlarmEvent::Raised => log_alarm(tracker, &parameter),
                     AlarmEvent::Cleared => {
@@ -164,10 +180,6 @@ impl Results {
                     }
                 }
             }
-        }
-        self.recent_lines.push_back(line);
-        if self.recent_lines.len() > RECENT_LINES {
-            self.recent_lines.pop_front();
         }
     }
 
@@ -193,13 +205,7 @@ impl Results {
         let configured = self.store.keep_configuration(&record.configuration, &options.texts);
         self.prepare_comparison(options.drift);
         let against = self.model_difference(record);
-        let mut attachments = Attachments { against, ..auxiliary.clone() };
-        let compared = Attachments { report: None, ..attachments.clone() };
-        // The report contains the comparison with the baseline, and exists before its result.
-        if let Some(report) = &mut attachments.report {
-            let line = self.store.next_line(record, &compared, time);
-            *report = report.replacen(BASELINE_PLACE, &self.comparison(&line, options), 1);
-        }
+        let attachments = Attachments { against, ..auxiliary.clone() };
         let stored = self.store.write(record, &attachments, time)?;
         if !stored.line.time.is_set() {
             tracing::warn!(
@@ -210,21 +216,37 @@ impl Results {
         if let Err(problem) = configured {
             tracing::warn!("{} is stored, but: {problem}", stored.path.display());
         }
-        self.follow_line(stored.line.clone());
+        self.follow_line(&stored.line);
+        if let Err(problem) = self.summarise_days(time) {
+            tracing::warn!("the oldest part of the history stays as it is: {problem}");
+        }
         Ok(stored)
     }
+}
 
-    /// Describes the comparison of the next result with the baseline (HTML). Empty without a
-    /// baseline.
-    fn comparison(&self, line: &HistoryLine, options: &ResultOptions) -> String {
-        let tracker = self.tracker.as_ref().filter(|of| of.is_after_baseline(line));
-        let section = tracker.cloned().zip(options.baseline_section);
-        let described = section.map(|(mut tracker, describe)| {
-            tracker.handle_line(line);
-            describe(&tracker.status())
-        });
-        described.unwrap_or_default()
+/// Returns the drift of a stored result from the baseline, judged with the results before it.
+/// `None` without a baseline, for the baseline itself, and for results before it.
+///
+/// # Errors
+/// The history or the baseline cannot be read.
+pub fn drift_of_result(
+    folder: &Path,
+    line: &HistoryLine,
+    options: DriftOptions,
+) -> Result<Option<DriftStatus>, ChooseError> {
+    let Some(baseline) = Baseline::read(folder)? else { return Ok(None) };
+    let mut tracker = Tracker::new(baseline, options);
+    if !tracker.is_after_baseline(line) {
+        return Ok(None);
     }
+    let mut is_over = false;
+    for_each_line(folder, |earlier| {
+        if !is_over {
+            tracker.handle_line(&earlier);
+        }
+        is_over |= (earlier.result, earlier.time) == (line.result, line.time);
+    })?;
+    Ok(Some(tracker.status()))
 }
 
 fn log_alarm(tracker: &Tracker, parameter: &str) {

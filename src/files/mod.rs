@@ -5,5 +5,5 @@ mod replace;
 mod text;
 
 pub use folder::{FolderError, check_folder, own_folder};
-pub use replace::{discard_unfinished, remove_leftovers, replace};
+pub use replace::{discard_unfinished, remove_leftovers, replace, replace_link};
 pub use text::{MAX_TEXT_BYTES, TextError, decode_western, read_bytes, read_text};

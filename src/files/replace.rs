@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::ffi::OsString;
 use std::fs::{self, File, Permissions};
 use std::io::{self, BufWriter, Write};
-use std::os::unix::fs::PermissionsExt;
+use std::os::unix::fs::{PermissionsExt, symlink};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -26,6 +26,24 @@ pub fn replace<T>(
     write: impl FnOnce(&mut dyn Write) -> io::Result<T>,
 ) -> io::Result<T> {
     UNFINISHED_FILES.replace(path, write)
+}
+
+/// Replaces a file by a symbolic link to another one of the same folder. The link is either the old
+/// file or the new link, also after a power cut. It is not synced: a start renews it.
+///
+/// # Errors
+/// Those of the file system. The old file is untouched.
+pub fn replace_link(path: &Path, target: &str) -> io::Result<()> {
+    let mut name = OsString::from(".");
+    name.push(path.file_name().ok_or(io::ErrorKind::InvalidInput)?);
+    name.push(".link");
+    name.push(TEMPORARY_SUFFIX);
+    let temporary = path.with_file_name(name);
+    match fs::remove_file(&temporary) {
+        Err(cause) if cause.kind() != io::ErrorKind::NotFound => return Err(cause),
+        _ => symlink(target, &temporary)?,
+    }
+    fs::rename(&temporary, path)
 }
 
 /// Removes the unfinished files of this process, for a process that ends during a write.
@@ -143,6 +161,20 @@ mod tests {
         assert_eq!(names(folder.path()), ["a.json"], "nothing is left next to it");
         replace(&path, |out| out.write_all(b"new")).unwrap();
         assert_eq!(fs::read(&path).unwrap(), b"new");
+    }
+
+    #[test]
+    fn a_link_replaces_a_file_and_a_link() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("latest.json");
+        fs::write(&path, "a copy, as of earlier versions").unwrap();
+        for name in ["a.json", "b.json"] {
+            fs::write(folder.path().join(name), name).unwrap();
+            replace_link(&path, name).unwrap();
+            assert_eq!(fs::read_to_string(&path).unwrap(), name);
+        }
+        assert_eq!(names(folder.path()), ["a.json", "b.json", "latest.json"]);
+        assert_eq!(fs::read_to_string(folder.path().join("a.json")).unwrap(), "a.json");
     }
 
     #[test]

@@ -24,7 +24,6 @@ use crate::live::stream::{Pace, PrivateNetwork, RUN_PREFIX, SHARED_MEMORY, Strea
 use crate::live::worker::{
     Configuration, FindLoad, IdentifiedWindow, TimeOfDay, WindowOptionError, WorkerOptions,
 };
-use crate::report::html::{Origin, Report, SampleRange, baseline_section};
 use crate::service::paths::Paths;
 use crate::service::supervision::{AcquisitionPart, EstimationPart};
 use crate::window::Window;
@@ -178,32 +177,19 @@ pub fn archiver_options(cell: &Cell, paths: &Paths) -> Option<ArchiverOptions> {
 /// [`PipelineError::Windows`].
 pub fn build_configuration(
     cell: &Cell,
-    paths: &Paths,
     last: &LastIdentification,
 ) -> Result<Configuration, PipelineError> {
     let (cell_of_worker, last) = (Arc::new(cell.clone()), last.clone());
     let cell_of_load = Arc::clone(&cell_of_worker);
     let find_load: FindLoad =
         Arc::new(move |baseline, window| Ok(find_load(&cell_of_load, baseline, window)?));
-    let has_folder = paths.state.is_some();
     let identify = move |window: &Window| {
         let cell = &*cell_of_worker;
         let identification = identify_window(cell, window)?;
         let provenance = WindowProvenance::from_window(window);
-        let report = has_folder.then(|| {
-            let samples = SampleRange::Window(provenance.clone());
-            let origin = Origin {
-                input: None,
-                samples,
-                further_files: Vec::new(),
-                note: window.note.clone(),
-            };
-            let report = Report::new(cell, &identification, &origin);
-            Report { has_baseline_place: true, ..report }.to_html()
-        });
         let estimate = identification.estimate.clone();
         last.set(LastWindow { window: provenance, identification });
-        Ok(IdentifiedWindow { estimate, report })
+        Ok(IdentifiedWindow { estimate })
     };
     Ok(Configuration {
         windows: cell.window.plan(cell.sample_rate_hz())?,
@@ -220,7 +206,6 @@ pub fn result_options(cell: &Cell) -> ResultOptions {
         texts: cell.configuration.clone(),
         regrouping: cell.regrouping_sha256(),
         drift: cell.service.drift,
-        baseline_section: Some(baseline_section),
     }
 }
 
@@ -243,7 +228,7 @@ pub fn build_estimation(
     last: &LastIdentification,
 ) -> Result<EstimationPart, PipelineError> {
     let Configuration { windows, identify, find_load, sha256, results } =
-        build_configuration(cell, paths, last)?;
+        build_configuration(cell, last)?;
     Ok(EstimationPart {
         identify,
         find_load,

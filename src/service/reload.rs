@@ -4,7 +4,6 @@ use std::path::PathBuf;
 
 use crate::analysis::identify::LastIdentification;
 use crate::cell::Cell;
-use crate::service::paths::Paths;
 use crate::service::pipeline::build_configuration;
 use crate::service::supervision::Reload;
 
@@ -12,7 +11,7 @@ use crate::service::supervision::Reload;
 /// the service itself must be equal to those of `running`. They change only at a restart, so that
 /// no sample is lost. `estimates` is true if this process has a worker, which uses the other
 /// settings.
-pub fn reload_of(file: PathBuf, running: Cell, paths: Paths, estimates: bool) -> Reload {
+pub fn reload_of(file: PathBuf, running: Cell, estimates: bool) -> Reload {
     Box::new(move || {
         let cell = Cell::read_decided(&file).map_err(|error| error.to_string())?;
         if let Some(key) = running.needs_restart_for(&cell) {
@@ -26,7 +25,7 @@ pub fn reload_of(file: PathBuf, running: Cell, paths: Paths, estimates: bool) ->
         if !estimates {
             return Ok(None);
         }
-        build_configuration(&cell, &paths, &LastIdentification::default())
+        build_configuration(&cell, &LastIdentification::default())
             .map(Some)
             .map_err(|error| error.to_string())
     })

@@ -55,7 +55,7 @@ const ORDER: [(&str, &str); 14] = [
     (
         "crates/cli/src/command",
         "baseline capture check compare completions convert demo export fleet gains groups history \
-         manual metrics new note payload predict reload replay robot run study top window \
+         manual metrics new note payload predict reload report replay robot run study top window \
          convert_frames identify advise design sim status",
     ),
     ("crates/python/src", "lib result recording cell rows work logging errors"),

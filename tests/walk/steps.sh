@@ -108,7 +108,9 @@ let_frames_flow() {
 look_at_results() {
     section 'Results, baseline, history'
     root 'ls -l /var/lib/didim'
-    expect 'result-00000000.json' 'result-00000000.html' 'history.jsonl'
+    expect 'result-00000000.json' 'history.jsonl'
+    root 'didim report 0 --out /tmp/report.html; head -c 15 /tmp/report.html'
+    expect 'the report of result 0' '<!DOCTYPE html>'
     say 'The arm is as it should be: later results are compared with this one.'
     root 'didim baseline set 0; didim baseline show | head -n 5'
     expect 'result 0 .*, the baseline since' 'noted: 2.5 kg'

@@ -408,11 +408,13 @@ fn a_result_without_its_covariance_predicts_and_predicts_nothing() {
         "{prediction}"
     );
     // What a damaged file holds ends in an error or a note, never in a figure that is no number.
+    // In the form of schema 1.
     let infinite = stored("ab", |found| {
-        for row in found["model_uncertainty"]["covariance"].as_array_mut().unwrap() {
-            let length = row.as_str().unwrap().split(' ').count();
-            *row = Value::from(vec!["-1e30"; length].join(" "));
-        }
+        let uncertainty = found["model_uncertainty"].as_object_mut().unwrap();
+        let size = uncertainty["mean"].as_array().unwrap().len();
+        uncertainty.remove("covariance_factor").unwrap();
+        let rows = (1..=size).map(|length| Value::from(vec!["-1e30"; length].join(" ")));
+        uncertainty.insert("covariance".into(), rows.collect());
     });
     assert!(json(&predict_by(&infinite, "c", &[&"--json"]))["foretold"].is_null());
     type Change = fn(&mut Value);

@@ -73,6 +73,28 @@ fn the_recording_gives_its_result_again() {
     assert!(compared.contains("fc3"), "{compared}");
 }
 
+/// The report of a stored result has its curves while its recording is kept.
+#[test]
+fn a_report_is_drawn_from_the_kept_recording() {
+    let state = TempDir::new().unwrap();
+    let (cell, recording) = (stored(CELL), stored("drive.mcap"));
+    succeed(&[&"replay", &"--cell", &cell, &"--state", &state.path(), &recording]);
+    let page = state.path().join("page.html");
+    let report = || {
+        let state = state.path();
+        let said =
+            succeed(&[&"report", &"0", &"--cell", &cell, &"--state", &state, &"--out", &page]);
+        let html = fs::read_to_string(&page).unwrap();
+        (said.contains("without curves"), html.matches("<svg class=\"panel\"").count())
+    };
+    // The steps of the iteration are stored.
+    assert_eq!(report(), (true, 1));
+    let recordings = state.path().join("recordings/kept");
+    fs::create_dir_all(&recordings).unwrap();
+    fs::copy(&recording, recordings.join("result-00000000.mcap")).unwrap();
+    assert_eq!(report(), (false, 19));
+}
+
 #[test]
 fn the_cells_are_read() {
     let mut read = 0;

@@ -3,18 +3,11 @@
 
 use super::Change;
 use super::limits::DriftLimits;
-use crate::archive::store::Timestamp;
+use crate::archive::store::{AlarmState, Timestamp};
 
 /// Alarm state of one parameter.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Alarm {
-    /// Number of consecutive results that support a state change: outside the band while the alarm
-    /// is clear, well inside it while the alarm is raised.
-    agreeing_results: u32,
-    /// Time of the first of the consecutive results outside the band.
-    left_band_at: Option<Timestamp>,
-    is_raised: bool,
-}
+pub struct Alarm(AlarmState);
 
 /// The state changed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,6 +19,16 @@ pub enum AlarmEvent {
 }
 
 impl Alarm {
+    /// Continues from a stored state.
+    pub(super) fn from_state(state: AlarmState) -> Self {
+        Self(state)
+    }
+
+    /// Returns the state to store. `None` for an alarm that is clear and stays so.
+    pub(super) fn state(&self) -> Option<AlarmState> {
+        (self.0 != AlarmState::default()).then(|| self.0.clone())
+    }
+
     /// Processes the next result. The state changes after `results` consecutive results that
     /// support the change. A change that is NaN is ignored.
     pub fn handle_change(
@@ -38,34 +41,37 @@ impl Alarm {
         if share.is_nan() {
             return None;
         }
-        let changes =
-            if self.is_raised { share <= DriftLimits::DEFAULT.clearing_share } else { share > 1.0 };
+        let changes = if self.0.is_raised {
+            share <= DriftLimits::DEFAULT.clearing_share
+        } else {
+            share > 1.0
+        };
         if !changes {
-            self.agreeing_results = 0;
-            if !self.is_raised {
-                self.left_band_at = None;
+            self.0.agreeing_results = 0;
+            if !self.0.is_raised {
+                self.0.left_band_at = None;
             }
             return None;
         }
-        if !self.is_raised && self.agreeing_results == 0 {
-            self.left_band_at = Some(time);
+        if !self.0.is_raised && self.0.agreeing_results == 0 {
+            self.0.left_band_at = Some(time);
         }
-        self.agreeing_results += 1;
-        if self.agreeing_results < results {
+        self.0.agreeing_results += 1;
+        if self.0.agreeing_results < results {
             return None;
         }
-        self.agreeing_results = 0;
-        self.is_raised = !self.is_raised;
-        if self.is_raised {
+        self.0.agreeing_results = 0;
+        self.0.is_raised = !self.0.is_raised;
+        if self.0.is_raised {
             return Some(AlarmEvent::Raised);
         }
-        self.left_band_at = None;
+        self.0.left_band_at = None;
         Some(AlarmEvent::Cleared)
     }
 
     /// Returns the time since which the parameter has been outside its band. `None` unless the
     /// alarm is raised.
     pub fn outside_since(&self) -> Option<Timestamp> {
-        self.left_band_at.filter(|_| self.is_raised)
+        self.0.left_band_at.filter(|_| self.0.is_raised)
     }
 }

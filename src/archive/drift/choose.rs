@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::{Baseline, BaselineError};
-use crate::archive::store::{HistoryError, HistoryLine, read_history, read_known};
+use crate::archive::store::{HistoryError, HistoryLine, for_each_line, read_known};
 
 /// Reason why a result does not become the baseline.
 #[derive(Debug, thiserror::Error)]
@@ -54,21 +54,28 @@ pub fn set_baseline(folder: &Path, result: Option<u64>) -> Result<Baseline, Choo
 }
 
 fn choose_line(folder: &Path, number: Option<u64>) -> Result<HistoryLine, ChooseError> {
-    let (lines, _) = read_history(folder)?;
-    let available = match (lines.first(), lines.last()) {
-        (Some(first), Some(last)) => format!("it has results {} to {}", first.result, last.result),
-        _ => "it is empty".to_owned(),
-    };
+    let (mut range, mut found) = (None, None);
     // An emptied folder counts from 0 again, so a number may repeat. The last result with the
-    // number is used.
-    let mut newest_first = lines.into_iter().rev();
-    let Some(result) = number else {
-        let good = newest_first.find(HistoryLine::is_good_for_monitoring);
-        return good.ok_or(ChooseError::NoneGood { available });
+    // number is used. The row of a day is no result.
+    for_each_line(folder, |line| {
+        let (first, _) = range.unwrap_or((line.result, line.result));
+        range = Some((first, line.result));
+        let is_wanted = match number {
+            Some(number) => line.result == number,
+            None => line.is_good_for_monitoring(),
+        };
+        if is_wanted && line.day.is_none() {
+            found = Some(line);
+        }
+    })?;
+    let available = match range {
+        Some((first, last)) => format!("it has results {first} to {last}"),
+        None => "it is empty".to_owned(),
     };
-    match newest_first.find(|line| line.result == result) {
-        Some(line) if line.is_good_for_monitoring() => Ok(line),
-        Some(_) => Err(ChooseError::NotGood { result }),
-        None => Err(ChooseError::Unknown { result, available }),
+    match (found, number) {
+        (Some(line), _) if line.is_good_for_monitoring() => Ok(line),
+        (Some(line), _) => Err(ChooseError::NotGood { result: line.result }),
+        (None, Some(result)) => Err(ChooseError::Unknown { result, available }),
+        (None, None) => Err(ChooseError::NoneGood { available }),
     }
 }

@@ -3,20 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::{Trend, trend};
-use crate::archive::store::{HistoryLine, Timestamp};
-
-const DAY_S: u64 = 86_400;
-
-/// Weighted sums over a parameter's results of one day.
-#[derive(Clone, Copy, Debug, Default)]
-struct DailySums {
-    /// Σ w with w = 1/σ².
-    weight: f64,
-    /// Σ w·t.
-    time: f64,
-    /// Σ w·v.
-    value: f64,
-}
+use crate::archive::store::{HistoryLine, Timestamp, WeightedMean};
 
 /// The most recent days with results. Each day has the weighted means of its results.
 ///
@@ -28,9 +15,9 @@ pub(super) struct DailyMeans {
     /// Time zero of the trend. Times are days since this instant.
     origin: Timestamp,
     parameters: Vec<String>,
-    /// Sums by day since 1970-01-01 in UTC. The order of the results does not matter. The sums of a
-    /// day are in the order of the parameters.
-    sums_by_day: BTreeMap<u64, Vec<DailySums>>,
+    /// Means by day since 1970-01-01 in UTC. The order of the results does not matter. The means of
+    /// a day are in the order of the parameters.
+    means_by_day: BTreeMap<u64, Vec<WeightedMean>>,
     /// Days to keep.
     max_days: usize,
 }
@@ -41,7 +28,7 @@ impl DailyMeans {
     pub(super) fn new(first: &HistoryLine, keep: usize) -> Self {
         let parameters = first.parameters.iter().map(|parameter| parameter.name.clone()).collect();
         let mut days =
-            Self { origin: first.time, parameters, sums_by_day: BTreeMap::new(), max_days: keep };
+            Self { origin: first.time, parameters, means_by_day: BTreeMap::new(), max_days: keep };
         days.add(first);
         days
     }
@@ -52,38 +39,35 @@ impl DailyMeans {
         if !line.time.is_set() {
             return;
         }
-        let sums = self
-            .sums_by_day
-            .entry(line.time.unix_s() / DAY_S)
-            .or_insert_with(|| vec![DailySums::default(); self.parameters.len()]);
+        let means = self
+            .means_by_day
+            .entry(line.time.day())
+            .or_insert_with(|| vec![WeightedMean::default(); self.parameters.len()]);
         let time = line.time.days_after(self.origin);
-        for (name, sums) in self.parameters.iter().zip(sums) {
-            let Some(found) = line.parameter(name) else { continue };
-            let weight = found.standard_deviation.powi(-2);
-            if found.value.is_finite() && weight.is_finite() && weight > 0.0 {
-                sums.weight += weight;
-                sums.time += weight * time;
-                sums.value += weight * found.value;
+        for (name, mean) in self.parameters.iter().zip(means) {
+            let index = line.parameters.iter().position(|parameter| parameter.name == *name);
+            if let Some(part) = index.and_then(|index| line.mean_part(index, time)) {
+                mean.add(part);
             }
         }
-        if self.sums_by_day.len() > self.max_days {
-            self.sums_by_day.pop_first();
+        if self.means_by_day.len() > self.max_days {
+            self.means_by_day.pop_first();
         }
     }
 
     /// Fits a straight line through the daily means of a parameter. Each day is a point at the
-    /// weighted mean of its times, with σ = 1/√(Σ 1/σ²). The fit needs three days, which span more
-    /// than 24 hours.
+    /// weighted mean of its times. Its σ is the larger of the combined standard uncertainty of one
+    /// result and the scatter between the results: errors that the results of a day have in common
+    /// do not become smaller with their number. The fit needs three days, which span more than 24
+    /// hours.
     pub(super) fn trend(&self, parameter: &str) -> Option<Trend> {
         let index = self.parameters.iter().position(|name| name == parameter)?;
-        let sums = self
-            .sums_by_day
-            .values()
-            .filter_map(|day| day.get(index))
-            .filter(|sums| sums.weight > 0.0);
-        let point = |sums: &DailySums| {
-            (sums.time / sums.weight, sums.value / sums.weight, sums.weight.sqrt().recip())
+        let means = self.means_by_day.values().filter_map(|day| day.get(index));
+        let point = |mean: &WeightedMean| {
+            let sigma = mean.combined().max(mean.scatter().unwrap_or(0.0));
+            (mean.time_d, mean.mean, sigma)
         };
-        trend(&sums.map(point).collect::<Vec<_>>())
+        let points = means.filter(|mean| mean.count > 0).map(point);
+        trend(&points.collect::<Vec<_>>())
     }
 }

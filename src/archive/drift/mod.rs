@@ -26,7 +26,7 @@ pub use comparable::{NotComparable, check_comparable};
 pub use judged_history::{Entry, JudgedHistory};
 pub use limits::DriftLimits;
 pub use options::{DriftOptionError, DriftOptions};
-pub use status::{AlarmStatus, BASELINE_PLACE, DriftStatus, ParameterDrift};
+pub use status::{AlarmStatus, DriftStatus, ParameterDrift};
 pub use tracker::{Comparison, Tracker};
 pub use trend::{Trend, trend};
 pub use wording::{band_exit, change_sentence};

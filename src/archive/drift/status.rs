@@ -5,10 +5,6 @@ use serde::{Deserialize, Serialize};
 use super::{Change, Trend};
 use crate::archive::store::Timestamp;
 
-/// Place of the comparison with the baseline in a report (HTML comment). The comparison is made
-/// when the result is stored.
-pub const BASELINE_PLACE: &str = "<!-- comparison with the baseline -->";
-
 /// Differences between the parameters and the baseline.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DriftStatus {

@@ -43,6 +43,7 @@ fn line(result: u64, fc3: f64) -> HistoryLine {
         parameters: vec![value("fc3", fc3, 0.01), value("zz1r", 1.24, 0.001)],
         against: None,
         load: None,
+        day: None,
         readings: Default::default(),
     }
 }

@@ -4,7 +4,7 @@ use super::{
     Alarm, AlarmEvent, AlarmStatus, Baseline, Change, DriftOptions, DriftStatus, NotComparable,
     ParameterDrift, Trend, change_sentence, check_comparable, days::DailyMeans,
 };
-use crate::archive::store::{HistoryLine, Timestamp};
+use crate::archive::store::{AlarmCheckpoint, HistoryLine, Timestamp};
 
 /// A baseline, and the evaluation of the results after it.
 #[derive(Clone, Debug)]
@@ -64,10 +64,15 @@ impl Tracker {
             Ok(comparison) => {
                 let judged = comparison.changes.iter().zip(&mut self.alarms);
                 let results = self.options.results;
+                // The row of a day counts as the mean of each of its results.
+                let day = line.day.as_ref();
+                let (time, count) =
+                    day.map_or((line.time, 1), |day| (day.first, day.results.min(results.into())));
                 judged
                     .filter_map(|(change, alarm)| {
-                        let event = alarm.handle_change(change, line.time, results)?;
-                        Some((change.parameter.clone(), event))
+                        let changed =
+                            (0..count).filter_map(|_| alarm.handle_change(change, time, results));
+                        Some((change.parameter.clone(), changed.last()?))
                     })
                     .collect()
             }
@@ -78,7 +83,40 @@ impl Tracker {
             self.last_compared = Some(comparison.clone());
         }
         self.last_comparison = Some(compared);
+        self.restore_alarms(line);
         events
+    }
+
+    /// Takes the alarms over that a row of a day stores, if they are for this baseline and these
+    /// limits. They are those of the single results.
+    fn restore_alarms(&mut self, line: &HistoryLine) {
+        let stored = line.day.as_ref().and_then(|day| day.alarms.clone());
+        let Some(stored) = stored.filter(|stored| {
+            let alarms = stored.alarms.clone();
+            *stored == AlarmCheckpoint { alarms, ..self.checkpoint() }
+        }) else {
+            return;
+        };
+        for (parameter, alarm) in self.baseline.result.parameters.iter().zip(&mut self.alarms) {
+            let state = stored.alarms.get(&parameter.name).cloned();
+            *alarm = Alarm::from_state(state.unwrap_or_default());
+        }
+    }
+
+    /// Returns the state of the alarms, to be stored with the row of a day.
+    pub fn checkpoint(&self) -> AlarmCheckpoint {
+        let named = self.baseline.result.parameters.iter().zip(&self.alarms);
+        let DriftOptions { standard_deviations, relative, results, .. } = self.options;
+        AlarmCheckpoint {
+            baseline: self.baseline.result.result,
+            baseline_time: self.baseline.result.time,
+            standard_deviations,
+            relative,
+            results,
+            alarms: named
+                .filter_map(|(of, alarm)| Some((of.name.clone(), alarm.state()?)))
+                .collect(),
+        }
     }
 
     /// Compares one result with the baseline. Earlier results do not affect the comparison.

@@ -133,64 +133,16 @@ const COLUMN_NAMES: [&str; 14] = [
 /// # Errors
 /// [`FleetError::File`], [`FleetError::NotANumber`].
 pub fn read_members(files: &[PathBuf]) -> Result<Vec<Member>, FleetError> {
-    // Key: the file and the cell in it.
-    let mut newest: BTreeMap<(PathBuf, String), (String, Member)> = BTreeMap::new();
+    let mut newest = NewestResults::new();
     for file in files {
-        let rows = read_long_table(file, COLUMN_NAMES)
-            .map_err(|source| FleetError::File { file: file.clone(), source })?;
-        for row in rows {
-            let [
-                identity,
-                cell,
-                robot,
-                result,
-                time,
-                method,
-                regrouping,
-                name,
-                unit,
-                value,
-                deviation,
-                combined,
-                monitoring,
-                payload,
-            ] = row;
-            let loaded =
-                !payload.is_empty() && parse_number::<f64>(file, "payload_kg", &payload)? != 0.0;
-            if monitoring != "true" || loaded {
-                continue;
+        let mut refused = Ok(());
+        let read = read_long_table(file, COLUMN_NAMES, |row| {
+            if refused.is_ok() {
+                refused = add_row(&mut newest, file, row);
             }
-            let result = parse_number(file, "result", &result)?;
-            let is_newer =
-                |member: &Member| (time.as_str(), result) > (&*member.time, member.result);
-            let key = (file.clone(), cell);
-            match newest.get(&key) {
-                Some((own, member)) if *own != identity && !is_newer(member) => continue,
-                Some((own, _)) if *own == identity => {}
-                _ => {
-                    let (cell, parameters) = (key.1.clone(), Vec::new());
-                    let member =
-                        Member { name: cell, robot, method, regrouping, result, time, parameters };
-                    newest.insert(key.clone(), (identity, member));
-                }
-            }
-            let Some((_, member)) = newest.get_mut(&key) else { continue };
-            let combined = Some(combined).filter(|text| !text.is_empty());
-            let combined = combined
-                .map(|text| parse_number(file, "combined_standard_deviation", &text))
-                .transpose()?;
-            // A NaN was written as an empty field. Such a parameter is omitted.
-            if value.is_empty() || deviation.is_empty() {
-                continue;
-            }
-            member.parameters.push(MemberParameter {
-                name,
-                unit,
-                value: parse_number(file, "value", &value)?,
-                standard_deviation: parse_number(file, "standard_deviation", &deviation)?,
-                combined_standard_deviation: combined,
-            });
-        }
+        });
+        read.map_err(|source| FleetError::File { file: file.clone(), source })?;
+        refused?;
     }
     let names: Vec<String> = newest.keys().map(|(_, cell)| cell.clone()).collect();
     Ok(newest
@@ -201,6 +153,66 @@ pub fn read_members(files: &[PathBuf]) -> Result<Vec<Member>, FleetError> {
             Member { name, ..member }
         })
         .collect())
+}
+
+/// The newest result of each arm with its identity. Key: the file, and the cell in it.
+type NewestResults = BTreeMap<(PathBuf, String), (String, Member)>;
+
+/// Adds a row of a history, if it belongs to the newest result of its arm so far.
+fn add_row(
+    newest: &mut NewestResults,
+    file: &Path,
+    row: [String; COLUMN_NAMES.len()],
+) -> Result<(), FleetError> {
+    let [
+        identity,
+        cell,
+        robot,
+        result,
+        time,
+        method,
+        regrouping,
+        name,
+        unit,
+        value,
+        deviation,
+        combined,
+        monitoring,
+        payload,
+    ] = row;
+    let loaded = !payload.is_empty() && parse_number::<f64>(file, "payload_kg", &payload)? != 0.0;
+    if monitoring != "true" || loaded {
+        return Ok(());
+    }
+    let result = parse_number(file, "result", &result)?;
+    let is_newer = |member: &Member| (time.as_str(), result) > (&*member.time, member.result);
+    let key = (file.to_owned(), cell);
+    match newest.get(&key) {
+        Some((own, member)) if *own != identity && !is_newer(member) => return Ok(()),
+        Some((own, _)) if *own == identity => {}
+        _ => {
+            let (cell, parameters) = (key.1.clone(), Vec::new());
+            let member = Member { name: cell, robot, method, regrouping, result, time, parameters };
+            newest.insert(key.clone(), (identity, member));
+        }
+    }
+    let Some((_, member)) = newest.get_mut(&key) else { return Ok(()) };
+    let combined = Some(combined).filter(|text| !text.is_empty());
+    let combined = combined
+        .map(|text| parse_number(file, "combined_standard_deviation", &text))
+        .transpose()?;
+    // A NaN was written as an empty field. Such a parameter is omitted.
+    if value.is_empty() || deviation.is_empty() {
+        return Ok(());
+    }
+    member.parameters.push(MemberParameter {
+        name,
+        unit,
+        value: parse_number(file, "value", &value)?,
+        standard_deviation: parse_number(file, "standard_deviation", &deviation)?,
+        combined_standard_deviation: combined,
+    });
+    Ok(())
 }
 
 fn parse_number<T: FromStr>(

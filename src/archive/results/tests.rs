@@ -43,30 +43,23 @@ fn take_with(results: &mut Results, fc3: f64, drift: DriftOptions) {
         note: None,
     };
     let record = ResultRecord::new("cell", "c0ffee", &window, estimate);
-    let baseline_section: fn(&DriftStatus) -> String =
-        |drift| format!("{} alarms of {}", drift.alarms.len(), drift.baseline);
-    let baseline_section = Some(baseline_section);
-    let options = ResultOptions { drift, baseline_section, ..ResultOptions::default() };
-    let report = Some(format!("<main>{BASELINE_PLACE}</main>"));
-    let attachments = Attachments { report, ..Attachments::default() };
+    let options = ResultOptions { drift, ..ResultOptions::default() };
+    let attachments = Attachments::default();
     results.store_result(&record, &attachments, &options, Timestamp::now()).unwrap();
 }
 
-fn report(folder: &Path, result: u64) -> String {
-    std::fs::read_to_string(folder.join(format!("result-{result:08}.html"))).unwrap()
-}
-
 #[test]
-fn the_stored_report_has_the_comparison_and_its_alarms() {
+fn a_result_is_compared_with_what_was_known_at_its_time() {
     let folder = tempfile::tempdir().unwrap();
     let mut results = open(folder.path());
     take(&mut results, 6.48);
-    assert_eq!(report(folder.path(), 0), "<main></main>", "there is no baseline");
     set_baseline(folder.path(), 0);
-    assert!(results.poll_baseline());
     [7.5, 7.5, 7.5].into_iter().for_each(|fc3| take(&mut results, fc3));
-    assert_eq!(report(folder.path(), 1), "<main>0 alarms of 0</main>");
-    assert_eq!(report(folder.path(), 3), "<main>1 alarms of 0</main>");
+    let lines = crate::archive::store::read_history(folder.path()).unwrap().0;
+    let drift = |line| drift_of_result(folder.path(), line, DriftOptions::default()).unwrap();
+    let alarms: Vec<Option<usize>> =
+        lines.iter().map(|line| Some(drift(line)?.alarms.len())).collect();
+    assert_eq!(alarms, [None, Some(0), Some(1), Some(1)]);
 }
 
 fn set_baseline(folder: &Path, result: usize) {
@@ -101,7 +94,7 @@ fn a_baseline_is_followed_as_soon_as_it_is_set_and_after_a_restart() {
     take(&mut results, 6.5);
     take(&mut results, 6.5);
     assert_eq!(alarms(&results), Vec::<String>::new());
-    // Another process sets it just before a result, to a line in the middle of those in memory.
+    // Another process sets it just before a result, to a line in the middle of the history.
     set_baseline(folder.path(), 2);
     take(&mut results, 7.5);
     assert_eq!(results.drift().unwrap().baseline, 2);
@@ -135,6 +128,69 @@ fn a_restarted_service_knows_the_alarms_that_the_history_shows() {
     assert!(results.poll_baseline());
     assert_eq!(alarms(&results), ["fc3"]);
     assert_eq!(results.drift(), shown.tracker.map(|tracker| tracker.status()));
+}
+
+/// The day on which the parameter left its band has a mean within the band: the date is known from
+/// the single results, which are gone.
+#[test]
+fn the_date_of_a_drift_outlives_its_results_and_a_restart() {
+    const DAY_S: u64 = 86_400;
+    let folder = tempfile::tempdir().unwrap();
+    let mut results = open(folder.path());
+    take(&mut results, 6.48);
+    drop(results);
+    let first = crate::archive::store::read_history(folder.path()).unwrap().0.remove(0);
+    let start = (first.time.unix_s() / DAY_S - 20) * DAY_S;
+    let line = |result: u64, day: u64, of_day: u64| {
+        let is_outside = day > 1 || (day == 1 && of_day >= 500);
+        let time = Timestamp::from_unix_s(start + day * DAY_S + 100 * of_day);
+        let mut line = HistoryLine { result, time, ..first.clone() };
+        line.parameters[0].value = if is_outside { 7.5 } else { 6.48 };
+        line
+    };
+    let lines: Vec<HistoryLine> = (0..6)
+        .flat_map(|day| {
+            (0..700).map(move |k| (700 * day + k, if day < 3 { day } else { 15 + day }, k))
+        })
+        .map(|(result, day, of_day)| line(result, day, of_day))
+        .collect();
+    let text = |lines: &[HistoryLine]| -> String {
+        lines.iter().map(|line| serde_json::to_string(line).unwrap() + "\n").collect()
+    };
+    for segment in 0..3 {
+        let lines = text(&lines[700 * segment..700 * (segment + 1)]);
+        let level = ruzstd::encoding::CompressionLevel::Fastest;
+        let compressed = ruzstd::encoding::compress_to_vec(lines.as_bytes(), level);
+        let name = format!("history-{segment:08}.jsonl.zst");
+        std::fs::write(folder.path().join(name), compressed).unwrap();
+    }
+    std::fs::write(folder.path().join("history.jsonl"), text(&lines[2_100..])).unwrap();
+    Baseline::from_result(lines[0].clone()).write(folder.path()).unwrap();
+    let mut results = open(folder.path());
+    assert!(results.poll_baseline());
+    let since = |results: &Results| results.drift().unwrap().alarms[0].since;
+    assert_eq!(since(&results), lines[1_200].time);
+    // Each result makes a segment a row.
+    for _ in 0..3 {
+        take(&mut results, 7.5);
+    }
+    let before = results.drift().unwrap();
+    let (history, _) = crate::archive::store::read_history(folder.path()).unwrap();
+    let days = history.iter().filter(|line| line.day.is_some());
+    assert_eq!(
+        days.map(|line| line.parameters[0].value < 7.1).collect::<Vec<_>>(),
+        [true, true, false]
+    );
+    drop(results);
+    let mut results = open(folder.path());
+    assert!(results.poll_baseline());
+    assert_eq!(since(&results), lines[1_200].time);
+    let again = results.drift().unwrap();
+    let slope = |of: &DriftStatus| of.alarms[0].slope_per_day.unwrap();
+    // The time of a row is in whole seconds, and the row of its day has the baseline once more.
+    assert!((slope(&again) / slope(&before) - 1.0).abs() < 1e-3);
+    let without_slopes = |of: &DriftStatus| (of.parameters.clone(), of.alarms[0].text.clone());
+    assert_eq!(without_slopes(&again), without_slopes(&before));
 }
 
 #[test]

@@ -9,26 +9,23 @@ use rustix::fs::{FlockOperation, flock};
 
 use super::configurations::{ConfigurationTexts, Configurations};
 use super::error::{StoreError, io_error, write};
-use super::history::{HistoryFile, HistoryLine, TREND_LINES};
+use super::history::{HistoryFile, HistoryLine, RECENT_RESULTS, day_rows, is_history_file};
 use super::pending::{Pending, line_of};
 use super::record::{Attachments, ResultRecord};
 use super::timestamp::Timestamp;
-use crate::files::remove_leftovers;
+use crate::files::{remove_leftovers, replace_link};
 
 /// Number of kept results unless the cell file sets another.
 pub const DEFAULT_KEEP: usize = 1000;
 
-/// Number of history lines that a process keeps in memory. If fewer results are kept, it equals the
-/// number of lines kept on disk, and the process knows the same alarms as `didim history`. A line
-/// takes some kilobytes.
-pub(crate) const RECENT_LINES: usize = TREND_LINES;
+/// Number of history lines among which a start looks for pending ones.
+const RECENT_LINES: usize = 1000;
 
 const LATEST_FILE: &str = "latest.json";
 
-/// A folder of results, `result-00000000.json` and following. Each result has a report with the
-/// same number (`.html`). `latest.json` is a copy of the newest result. `history.jsonl` has one
-/// line per result, with its date. `configurations` has a folder for each configuration of the
-/// results.
+/// A folder of results, `result-00000000.json` and following. `latest.json` is a link to the newest
+/// result. `history.jsonl` has one line per result, with its date. `configurations` has a folder
+/// for each configuration of the results.
 ///
 /// Only one process writes into the folder, because it is locked while this value exists. The
 /// numbers continue after a restart, so that no result is overwritten. Files with other names are
@@ -55,17 +52,6 @@ impl Store {
     /// # Errors
     /// [`StoreError::Io`] and [`StoreError::InUse`].
     pub fn open(folder: &Path, keep: usize) -> Result<Self, StoreError> {
-        Self::open_with_history(folder, keep).map(|(store, _)| store)
-    }
-
-    /// Opens the folder like [`Self::open`] and also returns the last lines of the history.
-    ///
-    /// # Errors
-    /// The same as [`Self::open`].
-    pub fn open_with_history(
-        folder: &Path,
-        keep: usize,
-    ) -> Result<(Self, VecDeque<HistoryLine>), StoreError> {
         fs::create_dir_all(folder).map_err(io_error("make the folder", folder))?;
         let locked = File::open(folder).map_err(io_error("open the folder", folder))?;
         // flock(2): the lock belongs to the opened folder. The kernel releases it at every kind of
@@ -74,7 +60,7 @@ impl Store {
             rustix::io::Errno::WOULDBLOCK => StoreError::InUse { folder: folder.to_owned() },
             other => io_error("lock the folder", folder)(other.into()),
         })?;
-        let lines = keep.max(TREND_LINES);
+        let lines = keep.max(RECENT_RESULTS);
         let (history, mut recent) = HistoryFile::open(folder, lines, RECENT_LINES)?;
         let mut store = Self {
             folder: folder.to_owned(),
@@ -89,19 +75,40 @@ impl Store {
         store.configurations.clear_unfinished()?;
         // Incomplete files that a killed process has left behind.
         remove_leftovers(folder, |name: &str| {
-            let report = name.strip_suffix(".html").map(|stem| format!("{stem}.json"));
             name == LATEST_FILE
                 || Pending::is_name(name)
-                || index(report.as_deref().unwrap_or(name)).is_some()
+                || is_history_file(name)
+                || index(name).is_some()
         })
         .map_err(io_error("clean up the folder", folder))?;
         let indices = store.result_numbers()?;
         // A number is not used again after its result was removed, because the history has it.
         let next = indices.last().map_or(0, |last| last.saturating_add(1));
         store.next_number = next.max(store.history.next_result());
-        store.remove_orphaned_reports()?;
         store.complete_history(&indices, &mut recent)?;
-        Ok((store, recent))
+        Ok(store)
+    }
+
+    /// Replaces the oldest part of the history by rows of days, if it is older than two weeks.
+    /// `complete` may add to the rows, and gets the lines that they stand for. Does nothing in most
+    /// calls.
+    ///
+    /// # Errors
+    /// [`StoreError`]; the history is complete nevertheless.
+    pub fn summarise_days(
+        &mut self,
+        now: Timestamp,
+        complete: impl FnOnce(&mut [HistoryLine], &[HistoryLine]),
+    ) -> Result<(), StoreError> {
+        let Some((segment, lines)) = self.history.outdated_segment(now)? else { return Ok(()) };
+        let mut rows = day_rows(&lines, segment);
+        complete(&mut rows, &lines);
+        self.history.replace_oldest_segment(&rows)
+    }
+
+    /// Returns the folder.
+    pub fn folder(&self) -> &Path {
+        &self.folder
     }
 
     /// Stores the texts of a configuration. The results refer to them by the hash.
@@ -126,11 +133,11 @@ impl Store {
         HistoryLine::new(self.next_number, record, auxiliary, now)
     }
 
-    /// Writes a result with its report and its history line. The report is written first, and the
-    /// line is saved as pending before the result is written, so that a killed process loses
-    /// neither. Then renews the copy and removes the oldest results beyond the number to keep. A
-    /// failure of these steps or of the report is only logged, because the result is stored. If the
-    /// line cannot be appended, the next call and the next start try again.
+    /// Writes a result and its history line. The line is saved as pending before the result is
+    /// written, so that a killed process loses neither. Then renews the link and removes the oldest
+    /// results beyond the number to keep. A failure of these steps is only logged, because the
+    /// result is stored. If the line cannot be appended, the next call and the next start try
+    /// again.
     ///
     /// # Errors
     /// [`StoreError`]; the previous content is unchanged.
@@ -140,13 +147,11 @@ impl Store {
         auxiliary: &Attachments,
         now: Timestamp,
     ) -> Result<Stored, StoreError> {
-        let mut json = serde_json::to_vec_pretty(record)?;
+        let mut json = serde_json::to_vec(record)?;
         json.push(b'\n');
         let number = self.next_number;
         let path = self.folder.join(name(number));
         let line = self.next_line(record, auxiliary, now);
-        let report =
-            auxiliary.report.as_ref().map_or(Ok(()), |report| self.write_report(number, report));
         self.pending_lines.add(line.clone());
         let written = self.pending_lines.write().and_then(|()| write(&path, &json));
         if let Err(error) = written {
@@ -155,28 +160,18 @@ impl Store {
         }
         self.next_number = self.next_number.saturating_add(1);
         let remembered = self.settle();
-        let copied = write(&self.folder.join(LATEST_FILE), &json);
+        let linked = self.link_latest(number);
         let pruned = self.prune(&record.configuration);
-        for problem in [remembered, report, copied, pruned].into_iter().filter_map(Result::err) {
+        for problem in [remembered, linked, pruned].into_iter().filter_map(Result::err) {
             tracing::warn!("{} is stored, but: {problem}", path.display());
         }
         Ok(Stored { number, path, json, line })
     }
 
-    /// Writes the report of a result (HTML).
-    fn write_report(&self, number: u64, report: &str) -> Result<(), StoreError> {
-        write(&self.folder.join(report_name(number)), report.as_bytes())
-    }
-
-    /// Removes reports of results that a killed process did not write any more.
-    fn remove_orphaned_reports(&self) -> Result<(), StoreError> {
-        let report = self.folder.join(report_name(self.next_number));
-        match fs::remove_file(&report) {
-            Err(cause) if cause.kind() != io::ErrorKind::NotFound => {
-                Err(io_error("remove", &report)(cause))
-            }
-            _ => Ok(()),
-        }
+    /// Makes `latest.json` a link to a result.
+    fn link_latest(&self, number: u64) -> Result<(), StoreError> {
+        let link = self.folder.join(LATEST_FILE);
+        replace_link(&link, &name(number)).map_err(io_error("link", &link))
     }
 
     /// Completes the history after a previous process stored a result without its history line,
@@ -206,16 +201,14 @@ impl Store {
                 }
             }
         }
+        if let Some(newest) = indices.last()
+            && fs::read_link(self.folder.join(LATEST_FILE)).ok() != Some(name(*newest).into())
+            && let Err(problem) = self.link_latest(*newest)
+        {
+            tracing::warn!("{problem}");
+        }
         if self.pending_lines.is_empty() {
             return self.pending_lines.remove_if_empty();
-        }
-        if let Some(newest) = indices.last() {
-            let path = self.folder.join(name(*newest));
-            let copied = fs::read(&path).map_err(io_error("read", &path));
-            let copied = copied.and_then(|json| write(&self.folder.join(LATEST_FILE), &json));
-            if let Err(problem) = copied {
-                tracing::warn!("{problem}");
-            }
         }
         tracing::warn!(
             "{}: history lines that an earlier run did not write: {}",
@@ -243,13 +236,18 @@ impl Store {
         settled
     }
 
+    /// Returns the lines of stored results that the history does not have yet.
+    pub fn pending_lines(&self) -> impl Iterator<Item = &HistoryLine> {
+        self.pending_lines.lines()
+    }
+
     /// Returns the number of pending history lines, and the reason.
     pub fn pending_count(&self) -> (usize, Option<&str>) {
         (self.pending_lines.lines().len(), self.refusal.as_deref())
     }
 
-    /// Removes the oldest results beyond the number to keep, with their reports. Also removes the
-    /// configurations that only they refer to.
+    /// Removes the oldest results beyond the number to keep, with the reports that earlier versions
+    /// wrote. Also removes the configurations that only they refer to.
     fn prune(&self, current: &str) -> Result<(), StoreError> {
         let indices = self.result_numbers()?;
         let surplus = indices.len().saturating_sub(self.max_results);

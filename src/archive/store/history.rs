@@ -1,18 +1,25 @@
-//! The history of identifications: one line per result in `history.jsonl`, next to the results.
+//! The history of identifications, next to the results. `history.jsonl` has a line for each of the
+//! newest results. Older lines are in compressed segments, `history-00000000.jsonl.zst`. Results
+//! older than two weeks are rows of `history-days.jsonl`, one for each day.
 
+mod day;
+mod days;
 mod file;
 mod follow;
 mod line;
+mod segments;
 
-pub use file::{HistoryError, read_history};
+pub(super) use day::day_rows;
+pub use day::{AlarmCheckpoint, AlarmState, DaySummary, MeanPart, WeightedMean};
+pub use file::{HistoryError, for_each_day, for_each_line, read_history};
 pub use follow::{HistoryFollower, HistoryMark};
 pub use line::{HISTORY_SCHEMA, HistoryLine, ParameterValue};
 
-pub(super) use file::HistoryFile;
+pub(super) use file::{HistoryFile, is_history_file};
 
-/// Number of history lines to keep if fewer results are kept. It covers more than a year at one
-/// result per day, so that trends include results whose files were removed.
-pub(super) const TREND_LINES: usize = 2000;
+/// Number of results that stay in the history with a line of their own, however old they are. It
+/// covers more than five years at one result per day.
+pub(super) const RECENT_RESULTS: usize = 2000;
 
 #[cfg(test)]
 mod tests;

@@ -16,10 +16,10 @@ mod timestamp;
 pub use against::ModelDifference;
 pub use configurations::ConfigurationTexts;
 pub use error::StoreError;
-pub(crate) use folder::RECENT_LINES;
 pub use folder::{DEFAULT_KEEP, Store, Stored, result_file};
 pub use history::{
-    HISTORY_SCHEMA, HistoryError, HistoryFollower, HistoryLine, HistoryMark, ParameterValue,
+    AlarmCheckpoint, AlarmState, DaySummary, HISTORY_SCHEMA, HistoryError, HistoryFollower,
+    HistoryLine, HistoryMark, MeanPart, ParameterValue, WeightedMean, for_each_day, for_each_line,
     read_history,
 };
 pub use load::{FoundLoad, LoadChange, mass_text};

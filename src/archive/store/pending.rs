@@ -152,6 +152,7 @@ mod tests {
             parameters: Vec::new(),
             against: None,
             load: None,
+            day: None,
             readings: DriveReadings::default(),
         }
     }

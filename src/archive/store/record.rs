@@ -84,7 +84,7 @@ impl WindowProvenance {
 
 impl ResultRecord {
     /// Version of the layout.
-    pub const SCHEMA: u32 = 1;
+    pub const SCHEMA: u32 = 2;
 
     /// Returns the record for subscribers. It omits the data for models and forecasts, which make
     /// up most of the file.
@@ -167,8 +167,6 @@ impl Recordings<'_> {
 /// Data that is stored with a result in addition to its record.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Attachments {
-    /// A report (HTML).
-    pub report: Option<String>,
     /// Note on the window.
     pub note: Option<Note>,
     /// Hash of the composition of the base parameters.

@@ -15,6 +15,8 @@ pub struct Timestamp(u64);
 
 /// The last second that RFC 3339 can represent: the end of the year 9999.
 const LATEST_UNIX_S: u64 = 253_402_300_799;
+/// Seconds of a day.
+const DAY_S: u64 = 86_400;
 /// 2020-01-01T00:00:00Z, which is before this program existed. A controller without a clock battery
 /// starts in 1970 or at the date of its image, until its clock is set.
 const CLOCK_IS_SET_UNIX_S: u64 = 1_577_836_800;
@@ -46,6 +48,11 @@ impl Timestamp {
     /// Returns the seconds after 1970-01-01T00:00:00Z.
     pub fn unix_s(self) -> u64 {
         self.0
+    }
+
+    /// Returns the number of the day in UTC, counted from 1970-01-01.
+    pub fn day(self) -> u64 {
+        self.0 / DAY_S
     }
 
     /// Returns true if the time is plausible. Times before 2020 are from a clock that was not set.

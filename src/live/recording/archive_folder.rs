@@ -4,6 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
+use super::options::archive_folder;
 use super::ring::{RingError, io_error};
 use crate::files::remove_leftovers;
 
@@ -27,6 +28,12 @@ impl Kind {
 
 const KINDS: [Kind; 3] = [Kind::Result, Kind::Fault, Kind::Capture];
 const FILE_SUFFIX: &str = ".mcap";
+
+/// Returns the path of the recording of a result, if it is kept in the folder of all recordings.
+pub fn kept_result(recordings: &Path, number: u64) -> Option<PathBuf> {
+    let name = format!("{}-{number:08}{FILE_SUFFIX}", Kind::Result.name());
+    Some(archive_folder(recordings).join(name)).filter(|path| path.is_file())
+}
 
 #[derive(Clone, Debug)]
 struct ArchiveFile {

@@ -28,6 +28,7 @@ mod tap;
 mod window;
 mod writer;
 
+pub use archive_folder::kept_result;
 pub use archiver::{Archiver, ArchiverOptions, ArchiverThread};
 pub use curves::JointCurves;
 pub use input::{is_mcap, open_log};

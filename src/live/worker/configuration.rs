@@ -18,8 +18,6 @@ pub type Refusal = Box<dyn core::error::Error + Send + Sync>;
 pub struct IdentifiedWindow {
     /// The result.
     pub estimate: Estimate,
-    /// Report to store with the result (HTML).
-    pub report: Option<String>,
 }
 
 /// Function that identifies from one window.

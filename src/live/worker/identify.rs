@@ -308,7 +308,7 @@ impl IdentificationThread {
         window: &Arc<Window>,
         identifier: &Identifier,
     ) -> Result<(), Rejection> {
-        let IdentifiedWindow { estimate, report } = self.identify(window, identifier)?;
+        let IdentifiedWindow { estimate } = self.identify(window, identifier)?;
         if !self.shared.claim_window(window.number) {
             return Err(Rejection::Stopped);
         }
@@ -328,7 +328,7 @@ impl IdentificationThread {
             record: ResultRecord::new(cell, identifier.sha256(), window, estimate),
             rejected_window: RejectedWindow::new(window, Rejection::Stopped),
             recorded: RecordedWindow::new(window, identifier.sha256()),
-            attachments: Attachments { report, note, regrouping, against: None, load },
+            attachments: Attachments { note, regrouping, against: None, load },
             options,
         });
         if let Some(oldest) = dropped {

@@ -9,7 +9,7 @@ use crate::archive::ResultOptions;
 use crate::archive::store::{Attachments, ResultRecord};
 use crate::live::recording::RecordedWindow;
 
-/// Maximum number of results that wait for the disk. Each takes some 200 kB, mostly for its report.
+/// Maximum number of results that wait for the disk. Each takes some 200 kB.
 const MAX_WAITING_RESULTS: usize = 32;
 /// Interval between two attempts to store the results.
 const RETRY_INTERVAL: Duration = Duration::from_secs(2);

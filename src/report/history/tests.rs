@@ -36,6 +36,7 @@ fn line(result: u64, fc3: f64) -> HistoryLine {
         parameters: vec![value("fc3", fc3, 0.01), value("mx4", -0.02, 0.0001)],
         against: None,
         load: None,
+        day: None,
         readings: Default::default(),
     }
 }

@@ -11,8 +11,11 @@ use super::{Report, chart, number_text, percent_text, probability, section};
 /// Plots measured and predicted torque over time, with the errors of each joint.
 pub(super) fn torque_section(report: &Report<'_>) -> Markup {
     let estimate = &report.identification.estimate;
+    let has_curves = !report.identification.fit.time_s.is_empty();
     let content = html! {
-        (torque_panels(&joint_panels(report.identification, &report.cell.robot)))
+        @if has_curves {
+            (torque_panels(&joint_panels(report.identification, &report.cell.robot)))
+        }
         div.scroll { table {
             thead { tr {
                 th scope="col" { "Joint" }
@@ -37,11 +40,18 @@ pub(super) fn torque_section(report: &Report<'_>) -> Markup {
             } } }
         } }
     };
-    let explanation = "Both sides of the fitted equation, over the samples that count. Below, on \
-        a separate axis, the residual with a band of two standard deviations. A pattern outside \
-        the band is model error. The uncertainty of the prediction is the standard deviation of \
-        the torque from that of the parameters, relative to the torque.";
-    section("Torque, measured and predicted", explanation, &content)
+    let curves = if has_curves {
+        "Both sides of the fitted equation, over the samples that count. Below, on a separate \
+         axis, the residual with a band of two standard deviations. A pattern outside the band is \
+         model error."
+    } else {
+        "A stored result has no curves. They can be drawn while its recording is kept."
+    };
+    let explanation = format!(
+        "{curves} The uncertainty of the prediction is the standard deviation of the torque from \
+         that of the parameters, relative to the torque."
+    );
+    section("Torque, measured and predicted", &explanation, &content)
 }
 
 /// Plots measured and predicted torque of each joint over time, under a legend.
@@ -86,6 +96,9 @@ fn legend_mark(class: &str) -> Markup {
 /// Shows how similar the residuals are to white noise.
 pub(super) fn residuals(report: &Report<'_>) -> Markup {
     let (estimate, fit) = (&report.identification.estimate, &report.identification.fit);
+    if fit.time_s.is_empty() {
+        return html! {};
+    }
     let autocorrelations: Vec<Vec<f64>> = (fit.equation_residuals.iter())
         .map(|residual| autocorrelation(residual, fit.white_noise.len()))
         .collect();

@@ -32,7 +32,7 @@ pub use preview::preview_page;
 pub use provenance::{InputFile, Origin, SampleRange, entries as provenance_entries};
 
 use crate::analysis::ExpectedParameter;
-use crate::archive::drift::BASELINE_PLACE;
+use crate::archive::drift::DriftStatus;
 use crate::cell::Cell;
 use page::{
     contents_list, document, number_text, percent_text, probability, section, with_real_minus,
@@ -52,22 +52,14 @@ pub struct Report<'a> {
     /// Insufficient parameters and the motions that improve them, as text
     /// ([`missing_text`](super::missing_text)). Empty if this was not requested.
     pub advice: &'a str,
-    /// True if the report has a place for the comparison with the baseline, which a service makes
-    /// when it stores the result.
-    pub has_baseline_place: bool,
+    /// Comparison of a stored result with the baseline.
+    pub drift: Option<&'a DriftStatus>,
 }
 
 impl<'a> Report<'a> {
     /// Creates a report of a result alone, without predictions and without advice.
     pub fn new(cell: &'a Cell, identification: &'a Identification, origin: &'a Origin) -> Self {
-        Self {
-            cell,
-            identification,
-            origin,
-            expectation: &[],
-            advice: "",
-            has_baseline_place: false,
-        }
+        Self { cell, identification, origin, expectation: &[], advice: "", drift: None }
     }
 
     /// Returns the report as HTML.
@@ -95,7 +87,7 @@ impl<'a> Report<'a> {
             main {
                 (summary::verdict_section(self))
                 (contents_list(&sections))
-                @if self.has_baseline_place { (PreEscaped(BASELINE_PLACE)) }
+                @if let Some(drift) = self.drift { (PreEscaped(baseline_section(drift))) }
                 (summary::key_figures(self))
                 (sections)
             }

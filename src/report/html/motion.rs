@@ -9,6 +9,9 @@ use super::{Report, chart};
 /// Plots position and velocity of every joint over time.
 pub(super) fn section(report: &Report<'_>) -> Markup {
     let motion = &report.identification.fit.motion;
+    if motion.time_s.is_empty() {
+        return html! {};
+    }
     let joints = motion.position.iter().zip(&motion.velocity).zip(report.cell.robot.chain());
     let content = html! { div.panels {
         @for (index, ((position, velocity), joint)) in joints.enumerate() {

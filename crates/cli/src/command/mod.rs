@@ -24,6 +24,7 @@ mod payload;
 mod predict;
 mod reload;
 mod replay;
+mod report;
 mod robot;
 mod run;
 mod sim;
@@ -89,6 +90,8 @@ pub(crate) enum Command {
     Note(note::Arguments),
     /// Show the results over time, compared with the baseline
     History(history::Arguments),
+    /// Write the report of a stored result (one HTML file)
+    Report(report::Arguments),
     /// Show which parameter of which arm differs from all other arms of its type
     Fleet(fleet::Arguments),
     /// Set, clear or show the baseline for comparison with later results
@@ -150,6 +153,7 @@ impl Command {
             Self::Reload(arguments) => reload::execute(arguments),
             Self::Note(arguments) => note::execute(arguments),
             Self::History(arguments) => history::execute(arguments),
+            Self::Report(arguments) => report::execute(arguments),
             Self::Fleet(arguments) => fleet::execute(arguments),
             Self::Baseline(arguments) => baseline::execute(arguments),
             Self::Check(arguments) => check::execute(arguments),

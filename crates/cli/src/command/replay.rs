@@ -62,55 +62,14 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     if let Some(container) = foreign_container(input.path()) {
         return Err(CliError::in_file(log, container));
     }
-    let bus = cell.bus().map_err(CliError::from_configuration)?;
-    let configured = bus.interfaces();
-    let named = NamedInterfaces { requested: &arguments.interfaces, configured: &configured };
-    let source = input.with_displayed_path(
-        open_bus_log(input.path(), &bus.layout, named).map_err(CliError::from_failure),
-    )?;
-    let since_1970_ns = source.since_1970_ns();
-    let one_run = OneRun::new(arguments.state.clone()).map_err(CliError::from_failure)?;
-    let paths = &one_run.paths;
-    let last = LastIdentification::default();
-    let mut bus =
-        build_acquisition(&cell, paths, source, Pace::Replay).map_err(CliError::from_failure)?;
-    let mut work = build_estimation(&cell, paths, &last).map_err(CliError::from_failure)?;
-    work.options.time_of_day = TimeOfDay::Log { since_1970_ns };
-    // A recording that belongs to a result contains its window and the number of its first cycle.
-    if let Some(window) = RecordedWindow::of_file(input.path()).map_err(CliError::from_failure)? {
-        let assembler = cell.bus().map_err(CliError::from_configuration)?.assembler();
-        let first =
-            window.sequence_at_start(input.path(), assembler).map_err(CliError::from_failure)?;
-        match first {
-            Some(sequence) => {
-                if !window.is_of(&cell.configuration_sha256) {
-                    tracing::warn!(
-                        "{}: recorded with another configuration; the result may differ",
-                        arguments.log.display()
-                    );
-                }
-                bus.assembler = bus.assembler.starting_at(sequence);
-                work.options.recorded = Some(window);
-            }
-            None => tracing::warn!(
-                "{}: the frames do not reproduce the window of this recording; does the cell \
-                    match the recording? The cell file chooses the windows instead",
-                arguments.log.display()
-            ),
-        }
-    }
-    let parts = Parts::Both(bus, work);
-    let replaying =
-        WorkIndicator::start(&format!("replaying {}", input.displayed_path().display()));
-    let report = replaying.show_during(|| run(&ServiceOptions::default(), parts));
-    let report = report.map_err(CliError::from_failure)?;
-    let LastWindow { window, identification } = last_identification(&report, &last)?;
+    let (snapshot, LastWindow { window, identification }) =
+        replay_recording(&cell, &input, &arguments.interfaces, arguments.state.clone())?;
     if arguments.json {
         let json =
             serde_json::to_string(&identification.estimate).map_err(CliError::from_failure)?;
         print(&format!("{json}\n"))?;
     } else {
-        print_for_terminal(&text(&identification, &cell.robot, &report.snapshot))?;
+        print_for_terminal(&text(&identification, &cell.robot, &snapshot))?;
     }
     // Files are written after the result is printed, so that a write error does not cost the
     // result.
@@ -128,6 +87,63 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         write_report(path, &report)?;
     }
     arguments.required.check_estimate(&identification.estimate)
+}
+
+/// Sends a recording through the pipeline of `run`. Returns the status at its end and the last
+/// result. Results are stored in `state`, if it is given.
+///
+/// # Errors
+/// The recording cannot be read, or gives no result.
+pub(super) fn replay_recording(
+    cell: &Cell,
+    input: &InputFileOrStream,
+    interfaces: &[InterfaceName],
+    state: Option<PathBuf>,
+) -> Result<(Snapshot, LastWindow), CliError> {
+    let bus = cell.bus().map_err(CliError::from_configuration)?;
+    let configured = bus.interfaces();
+    let named = NamedInterfaces { requested: interfaces, configured: &configured };
+    let source = input.with_displayed_path(
+        open_bus_log(input.path(), &bus.layout, named).map_err(CliError::from_failure),
+    )?;
+    let since_1970_ns = source.since_1970_ns();
+    let one_run = OneRun::new(state).map_err(CliError::from_failure)?;
+    let paths = &one_run.paths;
+    let last = LastIdentification::default();
+    let mut bus =
+        build_acquisition(cell, paths, source, Pace::Replay).map_err(CliError::from_failure)?;
+    let mut work = build_estimation(cell, paths, &last).map_err(CliError::from_failure)?;
+    work.options.time_of_day = TimeOfDay::Log { since_1970_ns };
+    // A recording that belongs to a result contains its window and the number of its first cycle.
+    if let Some(window) = RecordedWindow::of_file(input.path()).map_err(CliError::from_failure)? {
+        let assembler = cell.bus().map_err(CliError::from_configuration)?.assembler();
+        let first =
+            window.sequence_at_start(input.path(), assembler).map_err(CliError::from_failure)?;
+        match first {
+            Some(sequence) => {
+                if !window.is_of(&cell.configuration_sha256) {
+                    tracing::warn!(
+                        "{}: recorded with another configuration; the result may differ",
+                        input.displayed_path().display()
+                    );
+                }
+                bus.assembler = bus.assembler.starting_at(sequence);
+                work.options.recorded = Some(window);
+            }
+            None => tracing::warn!(
+                "{}: the frames do not reproduce the window of this recording; does the cell \
+                    match the recording? The cell file chooses the windows instead",
+                input.displayed_path().display()
+            ),
+        }
+    }
+    let parts = Parts::Both(bus, work);
+    let replaying =
+        WorkIndicator::start(&format!("replaying {}", input.displayed_path().display()));
+    let report = replaying.show_during(|| run(&ServiceOptions::default(), parts));
+    let report = report.map_err(CliError::from_failure)?;
+    let last = last_identification(&report, &last)?;
+    Ok((report.snapshot, last))
 }
 
 fn text(identification: &Identification, robot: &Robot, snapshot: &Snapshot) -> String {

@@ -105,7 +105,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         env!("CARGO_PKG_VERSION")
     );
     let estimates = part != Some(Part::Acquisition);
-    let reload = reload_of(arguments.cell.clone(), cell, paths, estimates);
+    let reload = reload_of(arguments.cell.clone(), cell, estimates);
     let report = run_with_reload(&options, parts, Some(reload)).map_err(CliError::from_failure)?;
     tracing::info!(
         "ended: {}",

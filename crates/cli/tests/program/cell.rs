@@ -72,7 +72,7 @@ fn child_runs_a_cell() {
         receive_buffer: None,
         events: paths.state.as_deref().map(|state| EventSource::Service.file_in(state)),
     };
-    let reload = reload_of(file.clone(), cell.clone(), paths.clone(), estimates);
+    let reload = reload_of(file.clone(), cell.clone(), estimates);
     let report = run_with_reload(&options, parts, Some(reload)).unwrap();
     assert_eq!(report.end, ServiceEnd::Signal);
 }

@@ -153,17 +153,15 @@ impl Installation {
     }
 }
 
-/// The result files of a folder in their order, without the copy of the latest. Each has its report
-/// next to it.
+/// The result files of a folder in their order, without the link to the latest.
 pub(crate) fn results(folder: &Path) -> Vec<String> {
     let mut paths: Vec<PathBuf> =
         fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
-    paths.retain(|path| path.file_name().unwrap().to_string_lossy().starts_with("result-"));
+    paths.retain(|path| {
+        let name = path.file_name().unwrap().to_string_lossy();
+        name.starts_with("result-") && name.ends_with(".json")
+    });
     paths.sort();
-    let (reports, paths): (Vec<PathBuf>, Vec<PathBuf>) =
-        paths.into_iter().partition(|path| path.extension().is_some_and(|e| e == "html"));
-    let report_paths: Vec<PathBuf> = paths.iter().map(|path| path.with_extension("html")).collect();
-    assert_eq!(reports, report_paths);
     paths.iter().map(|path| fs::read_to_string(path).unwrap()).collect()
 }
 

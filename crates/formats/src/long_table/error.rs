@@ -27,10 +27,4 @@ pub enum LongTableError {
         /// The column.
         column: String,
     },
-    /// Too many rows: choose fewer results.
-    #[error("it has more than {most} rows; write fewer results with --last")]
-    TooLong {
-        /// Largest number of rows.
-        most: usize,
-    },
 }

@@ -52,22 +52,23 @@ impl LongFormat {
     }
 }
 
-/// Reads the columns with these names from a file, row by row. A missing value is an empty text,
-/// and an instant has the form of RFC 3339. The file extension decides the format.
+/// Reads the columns with these names from a file, and calls a function with each row. Keeps no row
+/// in memory. A missing value is an empty text, and an instant has the form of RFC 3339. The file
+/// extension decides the format.
 ///
 /// # Errors
 /// [`LongTableError`].
 pub fn read_long_table<const N: usize>(
     path: &Path,
     names: [&str; N],
-) -> Result<Vec<[String; N]>, LongTableError> {
-    let mut wanted = RequestedColumns::new(names);
+    mut take: impl FnMut([String; N]),
+) -> Result<(), LongTableError> {
+    let mut wanted = RequestedColumns::new(names, &mut take);
     match LongFormat::from_path(path)? {
-        LongFormat::Csv => text::read(path, &mut wanted)?,
+        LongFormat::Csv => text::read(path, &mut wanted),
         #[cfg(feature = "parquet")]
-        LongFormat::Parquet => super::parquet::read(path, &mut wanted)?,
+        LongFormat::Parquet => super::parquet::read(path, &mut wanted),
         #[cfg(not(feature = "parquet"))]
-        LongFormat::Parquet => return Err(LongTableError::NoParquet),
+        LongFormat::Parquet => Err(LongTableError::NoParquet),
     }
-    Ok(wanted.rows)
 }

@@ -105,7 +105,7 @@ pub(super) fn read<const N: usize>(
             wanted.find(&header)?;
             for row in reader.get_row_iter(None).map_err(damaged)? {
                 let row = row.map_err(damaged)?;
-                wanted.take_row(row.get_column_iter().map(|(_, field)| text(field)).collect())?;
+                wanted.take_row(row.get_column_iter().map(|(_, field)| text(field)).collect());
             }
             Ok(())
         },

@@ -2,20 +2,17 @@
 
 use super::error::LongTableError;
 
-/// Largest number of rows: ten thousand results of a hundred parameters.
-const MOST_ROWS: usize = 1_000_000;
-
-/// Requested columns of a table and their rows so far.
+/// Requested columns of a table, and the function that takes their rows.
 pub(super) struct RequestedColumns<'a, const N: usize> {
     names: [&'a str; N],
     /// Index of each requested column in the table.
     column_indices: [usize; N],
-    pub(super) rows: Vec<[String; N]>,
+    take: &'a mut dyn FnMut([String; N]),
 }
 
 impl<'a, const N: usize> RequestedColumns<'a, N> {
-    pub(super) fn new(names: [&'a str; N]) -> Self {
-        Self { names, column_indices: [0; N], rows: Vec::new() }
+    pub(super) fn new(names: [&'a str; N], take: &'a mut dyn FnMut([String; N])) -> Self {
+        Self { names, column_indices: [0; N], take }
     }
 
     /// Finds the columns in the header.
@@ -28,13 +25,9 @@ impl<'a, const N: usize> RequestedColumns<'a, N> {
         Ok(())
     }
 
-    /// Adds the fields of a row.
-    pub(super) fn take_row(&mut self, mut fields: Vec<String>) -> Result<(), LongTableError> {
-        if self.rows.len() == MOST_ROWS {
-            return Err(LongTableError::TooLong { most: MOST_ROWS });
-        }
+    /// Takes the fields of a row.
+    pub(super) fn take_row(&mut self, mut fields: Vec<String>) {
         let field = |place: usize| fields.get_mut(place).map(core::mem::take).unwrap_or_default();
-        self.rows.push(self.column_indices.map(field));
-        Ok(())
+        (self.take)(self.column_indices.map(field));
     }
 }

@@ -1,16 +1,19 @@
-//! The history file. Lines are appended and synced, the size is bounded, and incomplete lines are
-//! skipped.
+//! The history on disk. Lines are appended and synced, the size is bounded, and incomplete lines
+//! are skipped.
 
 use std::collections::VecDeque;
-use std::fs::{File, OpenOptions};
+use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufRead, BufReader, Read, Write};
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
+use super::days::{self, DaysFile, open_days};
 use super::line::{HISTORY_SCHEMA, HistoryLine};
+use super::segments::{is_segment, open_segment, segment_numbers, segment_path, write_segment};
 use crate::archive::store::error::{StoreError, io_error, write};
-use crate::files::remove_leftovers;
+use crate::archive::store::timestamp::Timestamp;
+use crate::files::{remove_leftovers, replace};
 
 pub(super) const FILE_NAME: &str = "history.jsonl";
 /// Maximum length of a line \[bytes\]. A line with 1,000 parameters and a note has a tenth of it.
@@ -40,30 +43,99 @@ pub enum HistoryError {
     },
 }
 
-/// Reads the history of a results folder, oldest line first. Also returns the number of skipped
-/// lines: incomplete lines, lines of other programs, and lines of a later version of this program.
+fn read_failure(path: &Path) -> impl FnOnce(io::Error) -> HistoryError {
+    let path = path.to_owned();
+    move |cause| HistoryError::Io { path, cause }
+}
+
+/// Calls a function with each line of the history of a results folder, oldest first: the rows of
+/// the days, then the lines of the results. Returns the number of skipped lines: incomplete lines,
+/// lines of other programs, and lines of a later version of this program. Keeps no line in memory.
+///
+/// # Errors
+/// [`HistoryError`].
+pub fn for_each_line(
+    folder: &Path,
+    mut take: impl FnMut(HistoryLine),
+) -> Result<usize, HistoryError> {
+    let path = folder.join(FILE_NAME);
+    let (segments, current) = open_parts(folder).map_err(read_failure(&path))?;
+    if current.is_none() && segments.is_empty() {
+        return Err(HistoryError::None { folder: folder.to_owned() });
+    }
+    for_each_day(folder, &mut take)?;
+    let mut passed_over = 0;
+    let mut take_all = |file: &mut dyn Read| {
+        scan(file, |_, line| line.into_iter().for_each(&mut take))
+            .map(|scanned| passed_over += scanned.passed_over)
+    };
+    for number in segments {
+        match open_segment(folder, number) {
+            // The writer has replaced it by rows of days since.
+            Err(cause) if cause.kind() == io::ErrorKind::NotFound => {}
+            opened => {
+                let taken = opened.and_then(|mut segment| take_all(&mut segment));
+                taken.map_err(read_failure(&segment_path(folder, number)))?;
+            }
+        }
+    }
+    if let Some(mut current) = current {
+        take_all(&mut current).map_err(read_failure(&path))?;
+    }
+    Ok(passed_over)
+}
+
+/// Calls a function with the rows of the days of a results folder, oldest first.
+///
+/// # Errors
+/// [`HistoryError::Io`].
+pub fn for_each_day(folder: &Path, mut take: impl FnMut(HistoryLine)) -> Result<(), HistoryError> {
+    let scanned = open_days(folder).and_then(|days| {
+        days.map_or(Ok(()), |file| {
+            scan(file, |_, line| line.into_iter().for_each(&mut take)).map(drop)
+        })
+    });
+    let path = folder.join(days::FILE_NAME);
+    scanned.map_err(|cause| HistoryError::Io { path, cause })
+}
+
+/// Returns the numbers of the segments, and the opened file of the newest lines. Both belong
+/// together although a writer may close the file meanwhile.
+pub(super) fn open_parts(folder: &Path) -> io::Result<(Vec<u64>, Option<File>)> {
+    loop {
+        let segments = segment_numbers(folder)?;
+        let current = match File::open(folder.join(FILE_NAME)) {
+            Err(cause) if cause.kind() == io::ErrorKind::NotFound => None,
+            opened => Some(opened?),
+        };
+        if segment_numbers(folder)?.last() == segments.last() {
+            return Ok((segments, current));
+        }
+    }
+}
+
+/// Reads the history of a results folder into memory, see [`for_each_line`].
 ///
 /// # Errors
 /// [`HistoryError`].
 pub fn read_history(folder: &Path) -> Result<(Vec<HistoryLine>, usize), HistoryError> {
-    let path = folder.join(FILE_NAME);
-    let file = File::open(&path).map_err(|cause| match cause.kind() {
-        io::ErrorKind::NotFound => HistoryError::None { folder: folder.to_owned() },
-        _ => HistoryError::Io { path: path.clone(), cause },
-    })?;
     let mut lines = Vec::new();
-    let scanned = scan(file, |_, line| lines.extend(line));
-    let scan = scanned.map_err(|cause| HistoryError::Io { path, cause })?;
-    Ok((lines, scan.passed_over))
+    let passed_over = for_each_line(folder, |line| lines.push(line))?;
+    Ok((lines, passed_over))
+}
+
+/// Returns true if a file has the name of a part of the history.
+pub(in crate::archive::store) fn is_history_file(name: &str) -> bool {
+    name == FILE_NAME || name == days::FILE_NAME || is_segment(name)
 }
 
 /// Content of a history file.
 #[derive(Debug, Default)]
-struct HistoryContent {
+pub(super) struct HistoryContent {
     /// Number of bytes up to the end of the last complete line.
-    complete_bytes: u64,
+    pub(super) complete_bytes: u64,
     /// Length of the file \[bytes\].
-    length: u64,
+    pub(super) length: u64,
     /// Number of complete lines of this program, including those of a later version.
     lines: usize,
     /// Number of unreadable lines, including those of a later version.
@@ -98,8 +170,8 @@ pub(super) fn parse_line(text: &[u8]) -> Option<(Option<u64>, Option<HistoryLine
 
 /// Calls a function with the bytes of every line of this program. The function also gets the parsed
 /// line, unless a later version wrote it.
-fn scan(
-    file: File,
+pub(super) fn scan(
+    file: impl Read,
     mut take: impl FnMut(&[u8], Option<HistoryLine>),
 ) -> io::Result<HistoryContent> {
     let mut reader = BufReader::new(file);
@@ -128,7 +200,22 @@ fn scan(
     }
 }
 
-/// The history file, opened by its only writer.
+/// Number of lines from which the file is closed at the end of a day, and at once \[1\]. Smaller
+/// segments compress worse.
+const SEGMENT_LINES: [usize; 2] = [1_000, 10_000];
+/// Number of days that results keep a line of their own.
+const DAYS_IN_FULL: u64 = 14;
+
+/// A segment on disk.
+#[derive(Clone, Copy, Debug)]
+struct Segment {
+    number: u64,
+    lines: usize,
+    /// Day of its newest line.
+    newest_day: u64,
+}
+
+/// The history, opened by its only writer.
 #[derive(Debug)]
 pub(in crate::archive::store) struct HistoryFile {
     folder: PathBuf,
@@ -138,27 +225,57 @@ pub(in crate::archive::store) struct HistoryFile {
     lines: usize,
     /// Result number of the last line when the file was opened.
     last_result: Option<u64>,
-    /// Maximum number of lines.
-    max_lines: usize,
+    /// Day of the last line in the file, and of its newest one.
+    last_day: Option<u64>,
+    newest_day: u64,
+    /// Number of results that keep a line of their own, however old they are.
+    min_lines: usize,
+    /// The segments, oldest first.
+    segments: Vec<Segment>,
+    days: DaysFile,
 }
 
 impl HistoryFile {
-    /// Opens the history of a folder, in which `keep` lines are kept, and returns the last `recent`
-    /// lines. Removes an incomplete last line, because nothing may be appended to it.
+    /// Opens the history of a folder, in which at least `keep` lines are kept, and returns the last
+    /// `recent` lines of the newest file. Removes an incomplete last line, because nothing may be
+    /// appended to it, and completes what a killed process has begun.
     pub(in crate::archive::store) fn open(
         folder: &Path,
         keep: usize,
         recent: usize,
     ) -> Result<(Self, VecDeque<HistoryLine>), StoreError> {
         let path = folder.join(FILE_NAME);
-        remove_leftovers(folder, |name| name == FILE_NAME)
+        remove_leftovers(folder, is_history_file)
             .map_err(io_error("clean up the folder", folder))?;
+        let numbers = segment_numbers(folder).map_err(io_error("read the folder", folder))?;
+        let mut last_result = None;
+        let mut segments = Vec::new();
+        for number in &numbers {
+            match scan_segment(folder, *number) {
+                Ok((segment, last)) => {
+                    segments.push(segment);
+                    last_result = last.or(last_result);
+                }
+                // It stays as it is, and is reported to its readers.
+                Err(cause) => {
+                    tracing::warn!("{}: {cause}", segment_path(folder, *number).display());
+                }
+            }
+        }
+        if let Some(newest) = numbers.last() {
+            remove_closed_lines(folder, *newest).map_err(io_error("read", &path))?;
+        }
         let mut last = VecDeque::new();
+        let (mut last_day, mut newest_day) = (None, 0);
         let scan = match File::open(&path) {
             Err(cause) if cause.kind() == io::ErrorKind::NotFound => HistoryContent::default(),
             opened => {
                 let scanned = opened.and_then(|file| {
                     scan(file, |_, line| {
+                        if let Some(line) = &line {
+                            last_day = Some(line.time.day());
+                            newest_day = newest_day.max(line.time.day());
+                        }
                         last.extend(line);
                         if last.len() > recent {
                             last.pop_front();
@@ -180,8 +297,12 @@ impl HistoryFile {
             path,
             length: scan.complete_bytes,
             lines: scan.lines,
-            last_result: scan.last_result,
-            max_lines: keep.max(1),
+            last_result: scan.last_result.or(last_result),
+            last_day,
+            newest_day,
+            min_lines: keep.max(1),
+            segments,
+            days: DaysFile::open(folder, numbers.first().copied())?,
         };
         if scan.complete_bytes < scan.length {
             history.cut_tail()?;
@@ -189,13 +310,20 @@ impl HistoryFile {
         Ok((history, last))
     }
 
-    /// Appends a line and syncs it. Removes the oldest lines when the file has a tenth more lines
-    /// than are to be kept. The removal rewrites the complete file, and is therefore not done with
-    /// each result. A failure of the removal is only logged, because the line is stored already.
+    /// Appends a line and syncs it. Closes the file before if it has the lines of a complete day. A
+    /// failure to close it is only logged, because the line can be stored nevertheless.
     pub(in crate::archive::store) fn append(
         &mut self,
         line: &HistoryLine,
     ) -> Result<(), StoreError> {
+        let day = line.time.day();
+        let [at_the_end_of_a_day, at_once] = SEGMENT_LINES;
+        let is_next_day = self.last_day.is_some_and(|last| last != day);
+        if (is_next_day && self.lines >= at_the_end_of_a_day) || self.lines >= at_once {
+            if let Err(problem) = self.close_segment() {
+                tracing::warn!("the newest part of the history is not compressed: {problem}");
+            }
+        }
         let mut json = serde_json::to_vec(line)?;
         json.push(b'\n');
         let is_new = !self.path.exists();
@@ -216,10 +344,9 @@ impl HistoryFile {
         }
         self.length += json.len() as u64;
         self.lines += 1;
-        let synced = if is_new { self.sync_folder() } else { Ok(()) };
-        let many = self.lines > self.max_lines + self.max_lines / 10;
-        let tidied = if many { self.remove_oldest() } else { Ok(()) };
-        for problem in [synced.err(), tidied.err()].into_iter().flatten() {
+        self.last_day = Some(day);
+        self.newest_day = self.newest_day.max(day);
+        if is_new && let Err(problem) = self.sync_folder() {
             tracing::warn!("the history has the new line, but: {problem}");
         }
         Ok(())
@@ -235,6 +362,52 @@ impl HistoryFile {
     /// number.
     pub(in crate::archive::store) fn is_missing(&self, result: u64) -> bool {
         self.last_result.map_or(self.lines == 0, |last| result > last)
+    }
+
+    /// Returns the lines of the oldest segment, if they are to be replaced by rows of days: they
+    /// are older than two weeks, and enough newer ones exist.
+    pub(in crate::archive::store) fn outdated_segment(
+        &self,
+        now: Timestamp,
+    ) -> Result<Option<(u64, Vec<HistoryLine>)>, StoreError> {
+        let Some((oldest, newer)) = self.segments.split_first() else { return Ok(None) };
+        let newer_lines = newer.iter().map(|segment| segment.lines).sum::<usize>() + self.lines;
+        if oldest.newest_day + DAYS_IN_FULL >= now.day() || newer_lines < self.min_lines {
+            return Ok(None);
+        }
+        let mut lines = Vec::new();
+        let read = open_segment(&self.folder, oldest.number)
+            .and_then(|segment| scan(segment, |_, line| lines.extend(line)));
+        read.map_err(io_error("read", &segment_path(&self.folder, oldest.number)))?;
+        Ok(Some((oldest.number, lines)))
+    }
+
+    /// Replaces the oldest segment by rows of days.
+    pub(in crate::archive::store) fn replace_oldest_segment(
+        &mut self,
+        rows: &[HistoryLine],
+    ) -> Result<(), StoreError> {
+        let Some(oldest) = self.segments.first() else { return Ok(()) };
+        self.days.append(rows)?;
+        let path = segment_path(&self.folder, oldest.number);
+        self.segments.remove(0);
+        fs::remove_file(&path).map_err(io_error("remove", &path))?;
+        self.sync_folder()
+    }
+
+    /// Compresses the lines of the file into a segment, and empties the file. A segment that a
+    /// killed process has written is recognised by its lines at the next start.
+    fn close_segment(&mut self) -> Result<(), StoreError> {
+        let number = self.segments.last().map(|segment| segment.number).max(self.days.last_segment);
+        let number = number.map_or(0, |last| last + 1);
+        let mut lines = fs::read(&self.path).map_err(io_error("read", &self.path))?;
+        lines.truncate(usize::try_from(self.length).unwrap_or(usize::MAX));
+        let path = segment_path(&self.folder, number);
+        write_segment(&self.folder, number, &lines).map_err(io_error("write", &path))?;
+        self.segments.push(Segment { number, lines: self.lines, newest_day: self.newest_day });
+        write(&self.path, &[])?;
+        (self.length, self.lines, self.last_day, self.newest_day) = (0, 0, None, 0);
+        Ok(())
     }
 
     /// Reads the file again after another program has changed, replaced or removed it. Keeps all
@@ -253,26 +426,36 @@ impl HistoryFile {
         cut.map_err(io_error("remove an incomplete line from", &self.path))
     }
 
-    /// Rewrites the file with the newest lines, which are copied unchanged.
-    fn remove_oldest(&mut self) -> Result<(), StoreError> {
-        let mut lines_kept = VecDeque::new();
-        let file = File::open(&self.path).map_err(io_error("read", &self.path))?;
-        let scanned = scan(file, |text, _| {
-            lines_kept.push_back(text.to_vec());
-            if lines_kept.len() > self.max_lines {
-                lines_kept.pop_front();
-            }
-        });
-        scanned.map_err(io_error("read", &self.path))?;
-        let content = lines_kept.iter().flatten().copied().collect::<Vec<u8>>();
-        write(&self.path, &content)?;
-        self.length = content.len() as u64;
-        self.lines = lines_kept.len();
-        Ok(())
-    }
-
     fn sync_folder(&self) -> Result<(), StoreError> {
         let synced = File::open(&self.folder).and_then(|folder| folder.sync_all());
         synced.map_err(io_error("sync", &self.folder))
+    }
+}
+
+/// Counts the lines of a segment. Also returns the result number of the last one.
+fn scan_segment(folder: &Path, number: u64) -> io::Result<(Segment, Option<u64>)> {
+    let mut newest_day = 0;
+    let scan = scan(open_segment(folder, number)?, |_, line| {
+        newest_day = newest_day.max(line.map_or(0, |line| line.time.day()));
+    })?;
+    Ok((Segment { number, lines: scan.lines, newest_day }, scan.last_result))
+}
+
+/// Removes the lines of the newest segment from the beginning of the file. They are in both if the
+/// process was killed between writing the segment and emptying the file.
+fn remove_closed_lines(folder: &Path, newest: u64) -> io::Result<()> {
+    let path = folder.join(FILE_NAME);
+    let lines = match fs::read(&path) {
+        Err(cause) if cause.kind() == io::ErrorKind::NotFound => return Ok(()),
+        read => read?,
+    };
+    let Ok(mut segment) = open_segment(folder, newest) else { return Ok(()) };
+    let mut closed = Vec::new();
+    if segment.read_to_end(&mut closed).is_err() || closed.is_empty() {
+        return Ok(());
+    }
+    match lines.strip_prefix(&closed[..]) {
+        Some(rest) => replace(&path, |out| out.write_all(rest)),
+        None => Ok(()),
     }
 }

@@ -6,6 +6,7 @@ use didim_formats::RecordingStart;
 use didim_identification::identification::{Estimate, Use};
 use serde::{Deserialize, Deserializer, Serialize};
 
+use super::day::DaySummary;
 use crate::archive::store::against::ModelDifference;
 use crate::archive::store::load::FoundLoad;
 use crate::archive::store::record::{Attachments, ResultRecord};
@@ -62,13 +63,30 @@ impl ParameterValue {
         estimate.parameters.iter().map(value_of).collect()
     }
 
+    /// Returns the parameter with the digits that its uncertainty leaves: nine for the value, five
+    /// for the deviations. More digits are noise, and would double the size of the history.
+    pub(super) fn rounded(self) -> Self {
+        Self {
+            value: round(self.value, 9),
+            standard_deviation: round(self.standard_deviation, 5),
+            combined_standard_deviation: self.combined_standard_deviation.map(|of| round(of, 5)),
+            ..self
+        }
+    }
+
     /// Returns the unit for a table: a dash if it is unknown.
     pub fn unit_or_dash(&self) -> &str {
         if self.unit.is_empty() { "–" } else { &self.unit }
     }
 }
 
-/// One result in the history. Keys that a later version adds are ignored.
+/// Rounds a number to this many significant digits.
+pub(super) fn round(value: f64, digits: usize) -> f64 {
+    let decimals = digits.saturating_sub(1);
+    format!("{value:.decimals$e}").parse().unwrap_or(value)
+}
+
+/// One result in the history, or the results of a day. Keys that a later version adds are ignored.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HistoryLine {
     /// [`HISTORY_SCHEMA`].
@@ -119,6 +137,9 @@ pub struct HistoryLine {
     /// cannot identify a load.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub load: Option<FoundLoad>,
+    /// Further values of a row that stands for the results of a day. `None` for a result.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub day: Option<DaySummary>,
     /// Additional drive readings during the window.
     #[serde(flatten)]
     pub readings: DriveReadings,
@@ -150,7 +171,11 @@ impl HistoryLine {
             uses: Use::ALL.into_iter().filter_map(answer).collect(),
             relative_error: Some(estimate.relative_error).filter(|error| error.is_finite()),
             note: auxiliary.note.clone(),
-            parameters: ParameterValue::from_estimate(estimate),
+            parameters: ParameterValue::from_estimate(estimate)
+                .into_iter()
+                .map(ParameterValue::rounded)
+                .collect(),
+            day: None,
             against: auxiliary.against.clone(),
             load: auxiliary.load.clone(),
             readings: record.window.readings.clone(),

@@ -2,8 +2,11 @@ use std::fs::{self, OpenOptions};
 use std::io::Write;
 use std::path::Path;
 
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+
 use super::*;
-use crate::archive::store::Timestamp;
+use crate::archive::store::{ModelDifference, Timestamp};
 use crate::window::Note;
 
 fn line(result: u64) -> HistoryLine {
@@ -32,6 +35,7 @@ fn line(result: u64) -> HistoryLine {
         }],
         against: None,
         load: None,
+        day: None,
         readings: Default::default(),
     }
 }
@@ -102,18 +106,163 @@ fn an_append_that_failed_half_way_leaves_no_trace() {
     assert_eq!(numbers(folder.path()), (vec![0, 1], 0));
 }
 
+const DAY_S: u64 = 86_400;
+
+/// A line of a day, with a value that the number gives.
+fn line_of_day(day: u64, second: u64, result: u64) -> HistoryLine {
+    let mut line = line(result);
+    line.time = Timestamp::from_unix_s(1_798_761_600 + day * DAY_S + second);
+    line.parameters[0].value = 6.0 + 1e-3 * (result % 10) as f64;
+    line
+}
+
+/// Appends 1,200 lines of each of these days, as a service does. Returns the next number.
+fn append_days(folder: &Path, days: core::ops::Range<u64>, first: u64) -> u64 {
+    let (mut history, _) = HistoryFile::open(folder, 20, 5).unwrap();
+    let mut result = first;
+    for day in days {
+        for second in 0..1_200 {
+            let line = line_of_day(day, second, result);
+            history.append(&line).unwrap();
+            if let Some((segment, lines)) = history.outdated_segment(line.time).unwrap() {
+                history.replace_oldest_segment(&day_rows(&lines, segment)).unwrap();
+            }
+            result += 1;
+        }
+    }
+    result
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let entries = fs::read_dir(folder).unwrap();
+    let mut names: Vec<_> =
+        entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
+}
+
 #[test]
-fn the_oldest_lines_go_and_nothing_is_left_next_to() {
+fn results_of_two_weeks_have_lines_and_older_ones_rows_of_days() {
+    let folder = tempfile::tempdir_in("/dev/shm").unwrap();
+    append_days(folder.path(), 0..20, 0);
+    let (lines, passed_over) = read_history(folder.path()).unwrap();
+    let (days, results) = lines.split_at(5);
+    assert_eq!((results.len(), passed_over), (15 * 1_200, 0));
+    assert!(results.iter().map(|line| line.result).eq(5 * 1_200..20 * 1_200));
+    for (row, number) in days.iter().zip(0..) {
+        let day = row.day.as_ref().unwrap();
+        assert_eq!((day.results, row.time.day()), (1_200, day.first.day()));
+        assert_eq!(row.result, 1_200 * (number + 1) - 1);
+        // The digits 0 to 9: a mean of 4.5, and a standard deviation of √(8.25 · n/(n − 1)).
+        let [fc3] = &row.parameters[..] else { panic!("{row:?}") };
+        assert!((fc3.value - 6.0045).abs() < 1e-9, "{fc3:?}");
+        assert_eq!(fc3.standard_deviation, 0.003, "that of one result, not of the mean");
+        let scatter = 1e-3 * (8.25_f64 * 1_200.0 / 1_199.0).sqrt();
+        assert!((day.scatter[0].unwrap() - scatter).abs() < 1e-7, "{day:?}");
+    }
+    // Rows are appended, and never written again.
+    let text = fs::read_to_string(folder.path().join("history-days.jsonl")).unwrap();
+    append_days(folder.path(), 20..22, 20 * 1_200);
+    let later = fs::read_to_string(folder.path().join("history-days.jsonl")).unwrap();
+    assert!(later.starts_with(&text) && later.lines().count() == 7);
+}
+
+/// 28 parameters with random digits, compared with a baseline, at 3,000 results a day: two weeks of
+/// lines and ten years of days take less than 60 MB.
+#[test]
+fn ten_years_of_a_busy_arm_are_small() {
+    let folder = tempfile::tempdir_in("/dev/shm").unwrap();
+    let mut random = ChaCha8Rng::seed_from_u64(40);
+    let mut uniform = || f64::from(random.next_u32()) / f64::from(u32::MAX);
+    let mut lines: Vec<HistoryLine> = Vec::new();
+    for result in 0..3_000 {
+        let mut line = line_of_day(0, 28 * result, result);
+        line.configuration = "c0ffee".repeat(10);
+        line.regrouping.clone_from(&line.configuration);
+        line.relative_error = Some(uniform());
+        let parameter = |k: usize| {
+            let value = uniform();
+            ParameterValue {
+                name: format!("xx{k}r"),
+                description: None,
+                unit: "kg·m²".into(),
+                value: 1.0 + 1e-3 * value,
+                standard_deviation: 1e-3 * (1.0 + value.sin()),
+                combined_standard_deviation: Some(1e-2 * (1.0 + value.cos())),
+            }
+            .rounded()
+        };
+        line.parameters = (0..28).map(parameter).collect();
+        line.against = Some(ModelDifference {
+            result: 0,
+            time: line.time,
+            standard_deviations: line.parameters.iter().map(|of| of.value as f32).collect(),
+        });
+        lines.push(line);
+    }
+    let text = |lines: &[HistoryLine]| -> String {
+        lines.iter().map(|line| serde_json::to_string(line).unwrap() + "\n").collect()
+    };
+    let day = text(&lines);
+    segments::write_segment(folder.path(), 0, day.as_bytes()).unwrap();
+    let path = segments::segment_path(folder.path(), 0);
+    let compressed = fs::metadata(path).unwrap().len();
+    let row = text(&day_rows(&lines, 0)).len() as u64;
+    let total = day.len() as u64 + 14 * compressed + 3_650 * row;
+    println!("day {}, compressed {compressed}, row {row}, in all {total} bytes", day.len());
+    assert!(total < 60_000_000, "{} {compressed} {row}: {total}", day.len());
+}
+
+#[test]
+fn few_results_keep_their_lines_for_years() {
     let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join(".history.jsonl.a1B2c3.tmp"), "half").unwrap();
-    append(folder.path(), 20, 0..23);
-    // One more than 20 plus a tenth: back to 20.
-    assert_eq!(numbers(folder.path()).0, (3..23).collect::<Vec<_>>());
-    append(folder.path(), 20, 23..25);
-    assert_eq!(numbers(folder.path()).0, (3..25).collect::<Vec<_>>());
-    append(folder.path(), 20, 25..26);
-    assert_eq!(numbers(folder.path()).0, (6..26).collect::<Vec<_>>());
-    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    let (mut history, _) = HistoryFile::open(folder.path(), 20, 5).unwrap();
+    for week in 0..200 {
+        let line = line_of_day(7 * week, 0, week);
+        history.append(&line).unwrap();
+        assert!(history.outdated_segment(line.time).unwrap().is_none());
+    }
+    assert_eq!(numbers(folder.path()), ((0..200).collect(), 0));
+}
+
+#[test]
+fn a_segment_that_a_killed_process_has_closed_halfway_is_completed() {
+    let folder = tempfile::tempdir_in("/dev/shm").unwrap();
+    let path = folder.path().join("history.jsonl");
+    append_days(folder.path(), 0..1, 0);
+    let lines = fs::read(&path).unwrap();
+    append_days(folder.path(), 1..2, 1_200);
+    let all: Vec<u64> = (0..2_400).collect();
+    assert_eq!(numbers(folder.path()), (all.clone(), 0));
+    // The segment was written, and the file not emptied.
+    let newest = fs::read(&path).unwrap();
+    fs::write(&path, [&lines[..], &newest[..]].concat()).unwrap();
+    drop(HistoryFile::open(folder.path(), 20, 5).unwrap());
+    assert_eq!(numbers(folder.path()), (all, 0));
+    assert_eq!(fs::read(&path).unwrap(), newest);
+}
+
+#[test]
+fn days_that_a_killed_process_has_written_halfway_are_written_again() {
+    let folder = tempfile::tempdir_in("/dev/shm").unwrap();
+    let days = folder.path().join("history-days.jsonl");
+    append_days(folder.path(), 0..18, 0);
+    let before = fs::read_to_string(&days).unwrap();
+    let expected = numbers(folder.path());
+    // The rows of the next segment were written, and half of one more.
+    let rows = {
+        let mut lines = Vec::new();
+        let segment = segments::open_segment(folder.path(), 3).unwrap();
+        file::scan(segment, |_, line| lines.extend(line)).unwrap();
+        day_rows(&lines, 3)
+            .iter()
+            .map(|row| serde_json::to_string(row).unwrap())
+            .collect::<String>()
+    };
+    fs::write(&days, format!("{before}{rows}\n{}", &rows[..40])).unwrap();
+    drop(HistoryFile::open(folder.path(), 20, 5).unwrap());
+    assert_eq!(fs::read_to_string(&days).unwrap(), before);
+    assert_eq!(numbers(folder.path()), expected);
 }
 
 #[test]
@@ -160,18 +309,6 @@ fn what_somebody_else_put_into_the_file_stays_whole() {
 }
 
 #[test]
-fn lines_of_somebody_else_count_among_those_to_keep() {
-    let folder = tempfile::tempdir().unwrap();
-    let (mut history, _) = HistoryFile::open(folder.path(), 20, 5).unwrap();
-    history.append(&line(0)).unwrap();
-    for result in 1..30 {
-        tear(folder.path(), (serde_json::to_string(&line(result)).unwrap() + "\n").as_bytes());
-    }
-    history.append(&line(30)).unwrap();
-    assert_eq!(numbers(folder.path()), ((11..31).collect(), 0));
-}
-
-#[test]
 fn lines_of_a_later_version_are_not_read_and_are_kept() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("history.jsonl");
@@ -191,12 +328,9 @@ fn lines_of_a_later_version_are_not_read_and_are_kept() {
     tear(folder.path(), format!("{more}\n").as_bytes());
     append(folder.path(), 20, 4..20);
     assert_eq!(numbers(folder.path()), ((0..20).collect(), 3));
-    append(folder.path(), 20, 20..21);
-    // 23 lines with those of the later version. Three are removed, and the kept ones are unchanged
-    // byte by byte.
-    assert_eq!(numbers(folder.path()), ((3..21).collect(), 2));
     let text = fs::read_to_string(&path).unwrap();
-    assert!(text.starts_with(&format!("{}\n{}\n{more}\n", later[0], later[1])), "{text}");
+    assert!(text.contains(&format!("{}\n{}\n", later[0], later[1])), "{text}");
+    assert!(text.contains(&format!("{more}\n")), "{text}");
 }
 
 /// Earlier versions did not write units.
@@ -228,10 +362,32 @@ fn a_follower_gives_each_line_once() {
     assert_eq!(followed(&mut follower), Vec::<u64>::new());
     tear(folder.path(), &[&text[40..], b"\nwhat is this?\n"].concat());
     assert_eq!((followed(&mut follower), follower.passed_over()), (vec![3], 1));
-    // The oldest lines are removed, into a new file.
     append(folder.path(), 10, 4..12);
-    assert_eq!(numbers(folder.path()).0.len(), 10);
     assert_eq!(followed(&mut follower), (4..12).collect::<Vec<_>>());
+}
+
+#[test]
+fn a_follower_goes_on_through_segments() {
+    let folder = tempfile::tempdir_in("/dev/shm").unwrap();
+    let mut follower = HistoryFollower::new(folder.path(), None);
+    let mut slow = HistoryFollower::new(folder.path(), None);
+    let next = append_days(folder.path(), 0..1, 0);
+    assert_eq!(followed(&mut follower), (0..next).collect::<Vec<_>>());
+    assert_eq!(slow.next_line().unwrap().unwrap().result, 0);
+    // The file has become a segment, and another one has followed.
+    let last = append_days(folder.path(), 1..3, next);
+    assert_eq!(names(folder.path()).len(), 3);
+    assert_eq!(followed(&mut follower), (next..last).collect::<Vec<_>>());
+    assert_eq!(followed(&mut slow), (1..last).collect::<Vec<_>>());
+    // A mark within a segment, and one whose line has become part of a day.
+    let mark = HistoryMark::from_line(&line_of_day(0, 7, 7));
+    let mut again = HistoryFollower::new(folder.path(), Some(mark.clone()));
+    assert_eq!(followed(&mut again), (8..last).collect::<Vec<_>>());
+    append_days(folder.path(), 3..18, last);
+    let mut late = HistoryFollower::new(folder.path(), Some(mark));
+    let first_kept = read_history(folder.path()).unwrap().0;
+    let first_kept = first_kept.iter().find(|line| line.day.is_none()).unwrap().result;
+    assert_eq!(late.next_line().unwrap().unwrap().result, first_kept);
 }
 
 #[test]
@@ -242,11 +398,6 @@ fn another_follower_goes_on_from_a_mark() {
     let follow = |mark| followed(&mut HistoryFollower::new(folder.path(), mark));
     assert_eq!(follow(after(2)), [3, 4]);
     assert_eq!(follow(after(4)), Vec::<u64>::new());
-    // The line of the mark was removed with the oldest ones.
-    append(folder.path(), 10, 5..30);
-    let numbers_kept = numbers(folder.path()).0;
-    assert!(numbers_kept[0] > 5);
-    assert_eq!(follow(after(5)), numbers_kept);
     // The folder was emptied and counts from 0: its lines came later.
     fs::remove_file(folder.path().join("history.jsonl")).unwrap();
     append(folder.path(), 10, 0..2);

@@ -30,7 +30,7 @@ fn on_a_full_disk_the_ring_gives_way_to_results() {
     assert!(output.contains("1 passed"), "{output}");
 }
 
-/// Stores a result with a report, like the service of a cell with some parameters.
+/// Stores a result, like the service of a cell with some parameters.
 fn store_result(store: &mut Store) -> Result<(), String> {
     let samples = vec![JointSample::zero(0, 0)];
     let window = Window {
@@ -44,7 +44,7 @@ fn store_result(store: &mut Store) -> Result<(), String> {
     };
     let estimate = Estimate::default();
     let record = ResultRecord::new("cell", "c0ffee", &window, estimate);
-    let attachments = Attachments { report: Some("x".repeat(200_000)), ..Attachments::default() };
+    let attachments = Attachments { regrouping: "x".repeat(200_000), ..Attachments::default() };
     store
         .write(&record, &attachments, Timestamp::now())
         .map(drop)

@@ -419,6 +419,18 @@ pub(super) const PAGES: &[CommandPage] = &[
         &["didim-baseline(1)", "didim-parameters(7)"],
     ),
     page(
+        "report",
+        "Draws what is known of a stored result: verdict, parameters, and the comparison with the \
+         baseline as of that result. While its recording is kept, it is identified again, and the \
+         report has its curves. No service has to run.",
+        &[
+            ["didim report 42", "writes result-00000042.html"],
+            ["didim report 42 --state /mnt/copy --out r.html", "from a copy of the results"],
+        ],
+        &[SERVICE_CELL, STATE_FILES],
+        &["didim-history(1)", "didim-replay(1)"],
+    ),
+    page(
         "fleet",
         "Reads the files that `history --out` wrote for each arm. It takes the newest result of \
          each arm that is usable for monitoring and has no payload noted, and compares every \

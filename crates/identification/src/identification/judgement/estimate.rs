@@ -24,7 +24,7 @@ use didim_dynamics::dynamics::BaseParameters;
 use didim_dynamics::robot::{JointFriction, Robot};
 
 /// Version of [`Estimate`]'s layout in JSON.
-pub const SCHEMA: u32 = 1;
+pub const SCHEMA: u32 = 2;
 
 /// One identified parameter with its uncertainty.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -354,8 +354,8 @@ pub struct Estimate {
 }
 
 /// The decimated torques that the parameters were fitted to, for plots: one vector per joint, one
-/// entry per row \[N·m or N\].
-#[derive(Clone, Debug, PartialEq)]
+/// entry per row \[N·m or N\]. Empty for a stored result.
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Fit {
     /// Time of each row since the first sample \[s\].
     pub time_s: Vec<f64>,

@@ -32,6 +32,7 @@ mod reached;
 mod reasons;
 mod refit;
 mod rows;
+mod scaled_rows;
 mod screening_fit;
 mod setting;
 mod uncertainty;

@@ -20,44 +20,27 @@ impl<T> Default for MatrixRows<T> {
     }
 }
 
-impl<T> From<Vec<Vec<T>>> for MatrixRows<T> {
-    fn from(rows: Vec<Vec<T>>) -> Self {
-        Self(rows)
-    }
-}
-
-impl MatrixRows<f32> {
-    /// Takes the first `length(row)` numbers of each row of a matrix, in single precision.
-    #[expect(clippy::cast_possible_truncation, reason = "to single precision")]
-    pub(super) fn from_rows(matrix: &DMatrix<f64>, length: impl Fn(usize) -> usize) -> Self {
-        Self::from_matrix(matrix, length, |value| value as f32)
-    }
-}
-
 impl MatrixRows<f64> {
     /// Takes the lower triangle of a matrix.
     pub(super) fn lower_triangle(matrix: &DMatrix<f64>) -> Self {
-        Self::from_matrix(matrix, |row| row + 1, |value| value)
+        let row = |k| matrix.row(k).iter().take(k + 1).copied().collect();
+        Self((0..matrix.nrows()).map(row).collect())
     }
 }
 
 impl<T: Copy + Into<f64>> MatrixRows<T> {
-    fn from_matrix(
-        matrix: &DMatrix<f64>,
-        length: impl Fn(usize) -> usize,
-        to: impl Fn(f64) -> T,
-    ) -> Self {
-        let row = |k| matrix.row(k).iter().take(length(k)).map(|value| to(*value)).collect();
-        Self((0..matrix.nrows()).map(row).collect())
-    }
-
     /// Returns the number of rows.
     pub(super) fn len(&self) -> usize {
         self.0.len()
     }
 
+    /// Returns the matrix of this shape.
+    pub(super) fn matrix(&self, rows: usize, columns: usize) -> DMatrix<f64> {
+        DMatrix::from_fn(rows, columns, |row, column| self.get(row, column))
+    }
+
     /// Returns one number.
-    pub(super) fn get(&self, row: usize, column: usize) -> f64 {
+    fn get(&self, row: usize, column: usize) -> f64 {
         self.0[row][column].into()
     }
 
