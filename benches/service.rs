@@ -20,7 +20,7 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 use clap::Parser;
 use didim::analysis::identify::LastIdentification;
 use didim::cell::{BusAddress, Cell};
-use didim::live::stream::{FOLDER_NAME, Pace, PrivateNetwork, RUN_PREFIX};
+use didim::live::stream::{FOLDER_NAME, Pace, PrivateNetwork};
 use didim::service::paths::Paths;
 use didim::service::pipeline::{OpenedSource, build_acquisition, build_estimation, open_source};
 use didim::service::status::{Snapshot, fetch_status};
@@ -197,13 +197,13 @@ fn main() {
     }
     let arguments = Arguments::parse();
     let cell = Cell::read(&arguments.cell).unwrap();
+    let network = PrivateNetwork::new(&arguments.folder.join(FOLDER_NAME)).unwrap();
     let paths = Paths {
         runtime: arguments.folder.clone(),
         state: Some(arguments.folder.join("state")),
-        prefix: format!("{RUN_PREFIX}{}_", std::process::id()),
+        prefix: network.prefix().to_owned(),
     };
     paths.create_folders().unwrap();
-    let _network = PrivateNetwork::new(&paths.runtime.join(FOLDER_NAME), &paths.prefix).unwrap();
     let motion = motion(&cell);
     let (mut sink, opened) = bus(&cell);
     let parts = Parts::Both(

@@ -20,4 +20,5 @@ mod readers;
 mod robots;
 mod service;
 mod status;
+mod strangers;
 mod stream;

@@ -1,10 +1,13 @@
 //! The sample stream between threads and processes: what arrives, what is lost, who dies.
 
+use std::os::unix::fs::PermissionsExt;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use crate::common::{Network, Process, eventually, sample};
-use didim::live::stream::{BATCH_SAMPLES, BatchKind, Pace, StreamError, StreamNode, Topic};
+use didim::live::stream::{
+    BATCH_SAMPLES, BatchKind, Pace, ServiceNetwork, StreamError, StreamNode, Topic,
+};
 use didim_drivers::socket::monotonic_ns;
 
 const FULL: u64 = BATCH_SAMPLES as u64;
@@ -125,6 +128,72 @@ fn nothing_stays_of_a_private_network() {
     let files = std::fs::read_dir("/dev/shm").unwrap().flatten();
     assert!(!files.into_iter().any(|file| file.file_name().to_string_lossy().starts_with(&prefix)));
     assert!(!root.exists());
+}
+
+/// The name of the counter belongs to the library: with another one, it would make a file for all.
+#[test]
+fn no_file_of_a_network_is_open_to_others() {
+    let network = Network::new();
+    let options = network.options();
+    let _writer = StreamNode::join(&options).unwrap().sample_writer(Pace::Live).unwrap();
+    let _reader = StreamNode::join(&options).unwrap().sample_reader().unwrap();
+    let modes: Vec<u32> =
+        network.files().map(|file| file.metadata().unwrap().permissions().mode() & 0o777).collect();
+    assert!(modes.len() > 5 && modes.iter().all(|mode| *mode == 0o600), "{modes:?}");
+}
+
+#[test]
+fn a_damaged_counter_is_made_anew_and_a_file_for_all_is_named() {
+    let network = Network::new();
+    let options = network.options();
+    drop(StreamNode::join(&options).unwrap());
+    let counter = network.files().find(|file| file.metadata().unwrap().len() == 16).unwrap();
+    let counter = counter.path();
+    for damaged in [b"".as_slice(), b"short", b"sixteen bytes...", b"seventeen bytes.."] {
+        std::fs::write(&counter, damaged).unwrap();
+        let begin = Instant::now();
+        drop(StreamNode::join(&options).unwrap());
+        assert!(begin.elapsed() < Duration::from_secs(5), "{:?}", begin.elapsed());
+        assert_eq!(counter.metadata().unwrap().len(), 16);
+    }
+    std::fs::set_permissions(&counter, std::fs::Permissions::from_mode(0o606)).unwrap();
+    let refused = StreamNode::join(&options).unwrap_err();
+    let StreamError::Foreign { path, owner, problem } = &refused else { panic!("{refused}") };
+    assert_eq!(*path, counter);
+    assert_eq!(*owner, rustix::process::geteuid().as_raw());
+    assert_eq!(*problem, "can be opened by other users");
+}
+
+#[test]
+fn processes_of_a_service_share_a_prefix_and_the_next_start_draws_another() {
+    let folder = tempfile::tempdir().unwrap();
+    let join = || ServiceNetwork::join(folder.path()).unwrap();
+    let count = |prefix: &str| {
+        let files = std::fs::read_dir("/dev/shm").unwrap().flatten();
+        files.filter(|file| file.file_name().to_str().unwrap().starts_with(prefix)).count()
+    };
+    let (first, second) = (join(), join());
+    let prefix = first.prefix().to_owned();
+    assert_eq!(second.prefix(), prefix);
+    drop(first);
+    assert_eq!(join().prefix(), prefix, "one of them lives");
+    assert_eq!(count(&prefix), 1, "the file that keeps the prefix");
+    drop(second);
+    assert_eq!(count(&prefix), 0);
+    let third = join();
+    assert!(third.prefix() != prefix && third.prefix().starts_with("didim_"));
+    // A damaged file in the runtime folder.
+    drop(third);
+    let file = folder.path().join("ipc.prefix");
+    for damaged in ["", "didim_", "didim_../../../etc_", "didim-run-0123456789ab_"] {
+        std::fs::write(&file, damaged).unwrap();
+        assert!(join().prefix().len() == prefix.len(), "{damaged}");
+    }
+    // A folder in its place is named.
+    std::fs::remove_file(&file).unwrap();
+    std::fs::create_dir(&file).unwrap();
+    let refused = ServiceNetwork::join(folder.path()).unwrap_err();
+    assert!(refused.to_string().contains(file.to_str().unwrap()), "{refused}");
 }
 
 #[test]

@@ -1,7 +1,8 @@
 //! Source of configuration files: the disk, or texts in memory, as the copies inside the program.
 //! The copies let a demonstration run without installed files.
 
-use std::path::Path;
+use std::cell::RefCell;
+use std::path::{Path, PathBuf};
 
 use super::CellError;
 use crate::files::{decode_western, read_bytes, read_text};
@@ -26,6 +27,8 @@ pub const SHIPPED_FILES: &[(&str, &str)] = &[
 pub enum Library<'a> {
     /// Files on disk.
     Files,
+    /// Files on disk. Each text is recorded with its path, for a copy on another machine.
+    Recording(&'a RefCell<Vec<(PathBuf, String)>>),
     /// Texts in memory, each with its path.
     Texts(&'a [(&'a str, &'a str)]),
 }
@@ -41,6 +44,7 @@ impl Library<'_> {
     pub fn read(self, path: &Path) -> Result<String, CellError> {
         let text = match self {
             Self::Files => read_text(path),
+            Self::Recording(files) => read_text(path).inspect(|text| record(files, path, text)),
             Self::Texts(texts) => {
                 let path = normalise(path);
                 let named = texts.iter().find(|(name, _)| Path::new(name) == path);
@@ -59,11 +63,20 @@ impl Library<'_> {
     pub fn read_device_file(self, path: &Path) -> Result<String, CellError> {
         match self {
             Self::Texts(_) => self.read(path),
-            Self::Files => read_bytes(path)
+            Self::Files | Self::Recording(_) => read_bytes(path)
                 .map(decode_western)
+                .inspect(|text| {
+                    if let Self::Recording(files) = self {
+                        record(files, path, text);
+                    }
+                })
                 .map_err(|source| CellError::Read { file: path.to_path_buf(), source }),
         }
     }
+}
+
+fn record(files: &RefCell<Vec<(PathBuf, String)>>, path: &Path, text: &str) {
+    files.borrow_mut().push((normalise(path), text.to_owned()));
 }
 
 /// Removes `..` from a path: `config/cells/../robots/tx40.toml` becomes `config/robots/tx40.toml`.

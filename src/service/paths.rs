@@ -25,7 +25,8 @@ pub struct Paths {
 }
 
 impl Paths {
-    /// Returns the paths of the cell's service.
+    /// Returns the paths of the cell's service, with the beginning of its prefix. The service draws
+    /// the rest.
     pub fn of_service(cell: &Cell) -> Self {
         Self {
             runtime: cell.service.runtime_directory.clone(),

@@ -3,7 +3,6 @@
 use std::io;
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Duration;
 
 use didim_drivers::source::{
@@ -20,7 +19,7 @@ use crate::live::acquire::{AcquireOptions, ReceiveBuffer};
 use crate::live::recording::{
     ArchiverOptions, RecorderOptions, RecordingOptions, open_log, recording_folders,
 };
-use crate::live::stream::{Pace, PrivateNetwork, RUN_PREFIX, SHARED_MEMORY, StreamError};
+use crate::live::stream::{Pace, PrivateNetwork, SHARED_MEMORY, StreamError};
 use crate::live::worker::{
     Configuration, FindLoad, IdentifiedWindow, TimeOfDay, WindowOptionError, WorkerOptions,
 };
@@ -99,15 +98,11 @@ impl OneRun {
             .prefix("didim-")
             .tempdir_in(&base)
             .map_err(|cause| PipelineError::OneRun { place: base, cause })?;
-        // The prefix must not begin with the service's own prefix, or with that of another run of
-        // this process.
-        static RUN_COUNTER: AtomicU32 = AtomicU32::new(0);
-        let run = RUN_COUNTER.fetch_add(1, Ordering::Relaxed);
-        let prefix = format!("{RUN_PREFIX}{}-{run}_", std::process::id());
+        let network = PrivateNetwork::new(folder.path())
+            .map_err(|cause| PipelineError::OneRun { place: SHARED_MEMORY.into(), cause })?;
+        let prefix = network.prefix().to_owned();
         let paths = Paths { runtime: folder.path().to_path_buf(), state, prefix };
         paths.create_folders()?;
-        let network = PrivateNetwork::new(folder.path(), &paths.prefix)
-            .map_err(|cause| PipelineError::OneRun { place: SHARED_MEMORY.into(), cause })?;
         Ok(Self { paths, _network: network, _folder: folder })
     }
 }

@@ -1,11 +1,9 @@
 //! Text formatting of data: numbers with their digits, aligned tables, and digests.
 
 mod digest;
-mod hidden;
 mod table;
 
 pub use digest::{is_digest, sha256, to_hexadecimal};
-pub use hidden::is_hidden;
 pub use table::{align_table, significant_digits, to_uncertainty};
 
 /// Escapes text for XML and HTML.

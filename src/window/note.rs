@@ -1,9 +1,9 @@
 //! Notes on a window. They state influences on a result that the bus does not report.
 
 use super::note_limits::NoteLimits;
-use crate::text::is_hidden;
 use core::ops::RangeInclusive;
 
+use didim_dynamics::robot::is_hidden;
 use serde::{Deserialize, Serialize};
 
 /// A note on a window. It is stored in the history and in the report, but not in the result file. A

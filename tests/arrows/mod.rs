@@ -49,14 +49,14 @@ const ORDER: [(&str, &str); 14] = [
     ("crates/lab/src", "lib report study comparison"),
     (
         "crates/cli/src",
-        "lib command stored_result choices first_posture input stream outcome state \
+        "lib command bundle stored_result choices first_posture input stream outcome state \
         required_uses torque_joints frame next names terminal output error notes progress",
     ),
     (
         "crates/cli/src/command",
-        "baseline capture check compare completions convert demo export fleet gains groups history \
-         manual metrics new note payload predict reload report replay robot run study top window \
-         convert_frames identify advise design sim status",
+        "baseline bundle capture check compare completions convert demo export fleet gains groups \
+         history manual metrics new note payload predict reload report replay robot run study top \
+         window convert_frames identify advise design sim status",
     ),
     ("crates/python/src", "lib result recording cell rows work logging errors"),
     ("crates/publish/src", "main send cabinet link ledger message configuration"),

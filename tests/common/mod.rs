@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
 
-use didim::live::stream::{PrivateNetwork, RUN_PREFIX, StreamOptions};
+use didim::live::stream::{PrivateNetwork, StreamOptions};
 use didim_dynamics::{JointSample, Reading};
 
 /// A network of its own for one test; everything it left is removed at the end.
@@ -22,9 +22,9 @@ impl Network {
     pub(crate) fn new() -> Self {
         static NEXT: AtomicU32 = AtomicU32::new(0);
         let id = format!("{}_{}", std::process::id(), NEXT.fetch_add(1, Ordering::Relaxed));
-        let (root, prefix) =
-            (PathBuf::from(format!("/tmp/didim-t{id}")), format!("{RUN_PREFIX}t{id}_"));
-        let removed = PrivateNetwork::new(&root, &prefix).unwrap();
+        let root = PathBuf::from(format!("/tmp/didim-t{id}"));
+        let removed = PrivateNetwork::new(&root).unwrap();
+        let prefix = removed.prefix().to_owned();
         Self { _removed: Some(removed), root, prefix }
     }
 

@@ -5,6 +5,7 @@
 //! 3 the work was done, but its result does not meet a requirement (`--require`, `--limits`); 78
 //! configuration; 130 stopped before it was done (SIGINT, SIGTERM, SIGHUP).
 
+mod bundle;
 mod choices;
 mod command;
 mod error;

@@ -13,6 +13,7 @@ mod program;
 
 #[path = "../../formats/tests/bag_writer.rs"]
 mod bag_writer;
+mod bundle;
 mod can_arms;
 mod command_line;
 mod data;

@@ -61,7 +61,6 @@ fn the_demonstration_finds_the_arm_it_simulates_and_leaves_nothing_behind() {
         .stderr(std::process::Stdio::piped())
         .spawn()
         .unwrap();
-    let id = child.id();
     let output = child.wait_with_output().unwrap();
     let stderr = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(0), "{stderr}");
@@ -88,10 +87,15 @@ fn the_demonstration_finds_the_arm_it_simulates_and_leaves_nothing_behind() {
 
     let leftovers: Vec<_> = fs::read_dir(&temporary).unwrap().collect();
     assert!(leftovers.is_empty(), "{leftovers:?}");
-    let prefix = format!("didim-run-{id}-0_");
-    let shared = fs::read_dir("/dev/shm").unwrap().map(|entry| entry.unwrap().file_name());
-    let leftovers: Vec<_> =
-        shared.filter(|name| name.to_string_lossy().contains(&prefix)).collect();
+    // The file that keeps the prefix names the folder. It is the last one that is removed.
+    let shared = fs::read_dir("/dev/shm").unwrap().map(|entry| entry.unwrap().path());
+    let leftovers: Vec<_> = shared
+        .filter(|path| path.to_string_lossy().ends_with("lock"))
+        .filter(|path| {
+            let folder = fs::read_to_string(path).unwrap_or_default();
+            Path::new(&folder).starts_with(&temporary)
+        })
+        .collect();
     assert!(leftovers.is_empty(), "{leftovers:?}");
 }
 

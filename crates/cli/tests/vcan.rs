@@ -45,11 +45,10 @@ const RECEIVE_BUFFER_BYTES: u64 = 4 << 20;
 /// The machine did not keep time, in words.
 struct Late(String);
 
-/// What the service has in shared memory, but for the 16 bytes by which the library's processes
-/// find each other and which the next service takes up.
+/// What the service has in shared memory.
 fn in_shared_memory() -> Vec<String> {
     let mut names = names(Path::new("/dev/shm"));
-    names.retain(|name| name.starts_with("didim_") && !name.ends_with(".global_mgmt"));
+    names.retain(|name| name.starts_with("didim_"));
     names
 }
 

@@ -2,18 +2,18 @@
 
 use core::time::Duration;
 
-use rumqttc::v5::mqttbytes::QoS;
-use rumqttc::v5::mqttbytes::v5::{LastWill, PubAckReason};
-use rumqttc::v5::{AsyncClient, ConnectionError, Event, Incoming, MqttOptions};
-use rumqttc::{NetworkOptions, Transport};
+use rumqttc::{
+    AsyncClient, Broker as BrokerTarget, ConnectionError, Event, Incoming, LastWill, MqttOptions,
+    NetworkOptions, PubAckReason, PublishOptions, QoS, Transport,
+};
 use tokio::sync::mpsc;
 use tokio::task::JoinHandle;
 
 use crate::configuration::Broker;
 
-/// Keep-alive interval. If the broker receives nothing for one and a half intervals, it reports the
-/// cabinet as offline (MQTT 5, 3.1.2.10).
-const KEEP_ALIVE: Duration = Duration::from_secs(30);
+/// Keep-alive interval \[s\]. If the broker receives nothing for one and a half intervals, it
+/// reports the cabinet as offline (MQTT 5, 3.1.2.10).
+const KEEP_ALIVE_S: u16 = 30;
 /// Maximum time for an acknowledgement by the broker.
 const ACKNOWLEDGE_TIMEOUT: Duration = Duration::from_secs(20);
 
@@ -62,11 +62,12 @@ pub(crate) struct BrokerAddress {
 impl BrokerAddress {
     /// Creates the settings for a broker. The last will is retained.
     pub(crate) fn new(client: &str, broker: &Broker, topic: &str, will: Vec<u8>) -> Self {
-        let mut options = MqttOptions::new(client, &broker.address.host, broker.address.port);
+        let target = BrokerTarget::tcp(&broker.address.host, broker.address.port);
+        let mut options = MqttOptions::new(client, target);
         let mut network = NetworkOptions::new();
         network.set_tcp_nodelay(true);
         options
-            .set_keep_alive(KEEP_ALIVE)
+            .set_keep_alive(KEEP_ALIVE_S)
             .set_clean_start(true)
             // The library reserves capacity for each message that is not acknowledged.
             .set_outgoing_inflight_upper_limit(1)
@@ -82,8 +83,8 @@ impl BrokerAddress {
     }
 
     fn address(&self) -> String {
-        let (host, port) = self.options.broker_address();
-        format!("{host}:{port}")
+        let address = self.options.broker().tcp_address();
+        address.map(|(host, port)| format!("{host}:{port}")).unwrap_or_default()
     }
 }
 
@@ -117,7 +118,9 @@ impl Link {
     /// # Errors
     /// [`LinkError::Broker`] if there is no connection.
     pub(crate) async fn open(broker_address: &BrokerAddress) -> Result<Self, LinkError> {
-        let (client, mut events) = AsyncClient::new(broker_address.options.clone(), 1);
+        let builder = AsyncClient::builder(broker_address.options.clone()).capacity(1);
+        // The options are valid: TCP with or without TLS, and one message in flight.
+        let (client, mut events) = builder.build();
         let broken =
             |cause| LinkError::Broker { address: broker_address.address(), cause: Box::new(cause) };
         while !matches!(events.poll().await.map_err(broken)?, Event::Incoming(Incoming::ConnAck(_)))
@@ -157,7 +160,8 @@ impl Link {
         retain: bool,
         payload: Vec<u8>,
     ) -> Result<(), LinkError> {
-        let sent = self.client.publish(topic, QoS::AtLeastOnce, retain, payload).await;
+        let options = PublishOptions::at_least_once().retain(retain);
+        let sent = self.client.publish(topic, payload, options).await;
         if sent.is_err() {
             return Err(self.wait_until_broken().await);
         }

@@ -49,13 +49,24 @@ pub enum StreamError {
         /// The kernel's error.
         cause: std::io::Error,
     },
-    /// This process cannot join the network. Check that the user may write to the root folder. If
-    /// shared memory was full before, remove a file `/dev/shm/<prefix>*.global_mgmt` of mode 0200
-    /// by hand.
+    /// A file with the network's prefix belongs to another user, or other users may open it. Stop
+    /// all processes of the service, so that the next start draws another prefix.
+    #[error(
+        "{} of user {owner} {problem}; stop all processes of the service and start it again",
+        path.display()
+    )]
+    Foreign {
+        /// The file.
+        path: PathBuf,
+        /// Owner of the file.
+        owner: u32,
+        /// Difference from a file of the network.
+        problem: &'static str,
+    },
+    /// This process cannot join the network. Check that the user may write to the root folder.
     #[error(
         "cannot join the shared-memory network rooted at {}: {cause}; check the permissions of \
-         that folder, and remove a /dev/shm/*.global_mgmt file of mode 0200 left by a full \
-         /dev/shm",
+         that folder",
         root.display()
     )]
     Node {

@@ -10,22 +10,23 @@
 
 mod document;
 mod error;
+mod management;
 mod message;
+mod network;
 mod node;
 pub mod options;
 mod prefault;
-mod private;
 mod reader;
 mod writer;
 
 pub use document::{DocumentReader, DocumentWriter, Topic};
 pub use error::StreamError;
 pub use message::{BATCH_SAMPLES, BatchKind, SampleBatch, StreamSample};
+pub use network::{PrivateNetwork, RUN_PREFIX, ServiceNetwork};
 pub use node::StreamNode;
 pub use options::{
     DEFAULT_BUFFER_S, FOLDER_NAME, MAX_DOCUMENT_BYTES, SERVICE_PREFIX, StreamOptions,
 };
 pub use prefault::SHARED_MEMORY;
-pub use private::{PrivateNetwork, RUN_PREFIX};
 pub use reader::{Batch, SampleReader};
 pub use writer::{Pace, SampleWriter};

@@ -8,6 +8,7 @@ use iceoryx2::prelude::{
     SignalHandlingMode, ipc, set_log_level,
 };
 
+use super::management::prepare;
 use super::options::MANAGEMENT_BYTES;
 use super::prefault::{SHARED_MEMORY, check_free, populate_mappings};
 use super::{StreamError, StreamOptions};
@@ -26,12 +27,14 @@ impl StreamNode {
     /// checked before the port is created.
     ///
     /// # Errors
-    /// [`StreamError::Option`], [`StreamError::SharedMemoryFull`], [`StreamError::Node`].
+    /// [`StreamError::Option`], [`StreamError::SharedMemoryFull`], [`StreamError::Foreign`],
+    /// [`StreamError::Inspect`], [`StreamError::Node`].
     pub fn join(options: &StreamOptions) -> Result<Self, StreamError> {
         options.validate()?;
         // If two threads make their first call at the same time, both set the same level.
         set_log_level(LogLevel::Warn);
         check_free(Path::new(SHARED_MEMORY), MANAGEMENT_BYTES)?;
+        prepare(Path::new(SHARED_MEMORY), &options.prefix)?;
         let refused = |cause: String| StreamError::Node { root: options.root.clone(), cause };
         let config = config(options).map_err(refused)?;
         let node = NodeBuilder::new()

@@ -3,19 +3,19 @@
 use core::convert::Infallible;
 use core::time::Duration;
 use std::io;
-use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
+use didim_dynamics::robot::is_hidden;
 use tokio::io::{AsyncBufReadExt, AsyncReadExt, AsyncWriteExt, BufReader};
 use tokio::net::UnixStream;
-use tokio::sync::Semaphore;
 
 use super::dispatch::Dispatcher;
 use super::listen::Socket;
 use super::request::{MAX_REQUEST, parse_request};
-use super::serve::accept;
-use crate::text::is_hidden;
+use super::serve::{Clients, accept};
 
-/// Maximum number of simultaneous clients.
+/// Maximum number of simultaneous clients. The oldest one without a line gives its place to the
+/// next.
 const MAX_CLIENTS: usize = 4;
 /// Maximum time for a client to send its line, and separately to read the answer.
 const CLIENT_TIMEOUT: Duration = Duration::from_secs(2);
@@ -29,24 +29,29 @@ const MAX_ANSWER: usize = 2048;
 /// Only at the start, if the runtime cannot use the socket.
 pub async fn serve_commands(socket: &Socket, dispatcher: Dispatcher) -> io::Result<Infallible> {
     let listener = socket.to_tokio()?;
-    let places = Arc::new(Semaphore::new(MAX_CLIENTS));
+    let mut clients = Clients::new(MAX_CLIENTS);
     loop {
-        let (client, place) = accept(&listener, &places).await;
+        let client = accept(&listener).await;
         let dispatcher = dispatcher.clone();
-        tokio::spawn(async move {
-            let _place = place;
-            let _ = serve_client(client, dispatcher).await;
+        clients.serve(async move |is_kept| {
+            let _ = serve_client(client, dispatcher, &is_kept).await;
         });
     }
 }
 
-async fn serve_client(client: UnixStream, dispatcher: Dispatcher) -> io::Result<()> {
+/// Serves one client. Its place is kept from its complete line until it has the answer.
+async fn serve_client(
+    client: UnixStream,
+    dispatcher: Dispatcher,
+    is_kept: &AtomicBool,
+) -> io::Result<()> {
     let (read, mut write) = client.into_split();
     let mut line = Vec::with_capacity(MAX_REQUEST);
     // One byte more than the maximum length is read, which distinguishes a line that is too long
     // from a complete one.
     let mut read = BufReader::with_capacity(MAX_REQUEST, read.take(MAX_REQUEST as u64 + 1));
     tokio::time::timeout(CLIENT_TIMEOUT, read.read_until(b'\n', &mut line)).await??;
+    is_kept.store(true, Ordering::Relaxed);
     let answer = match parse_request(&line) {
         Err(error) => refusal_line(&error.to_string()),
         Ok(request) => match dispatcher.dispatch(request).await {

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use didim_drivers::assemble::label;
+use didim_dynamics::robot::is_hidden;
 
 use super::snapshot::Snapshot;
 use crate::archive::drift::DriftStatus;
@@ -10,7 +11,7 @@ use crate::live::acquire::{AcquisitionStatus, FrameLatency, FrameTime, Grant};
 use crate::live::latency::LatencySummary;
 use crate::live::recording::{ArchiveStatus, RecordingState, RecordingStatus};
 use crate::live::worker::{EstimationStatus, LoadStatus, WindowState};
-use crate::text::{is_hidden, significant_digits};
+use crate::text::significant_digits;
 
 /// Use of terminal colour codes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -144,6 +144,12 @@ pub enum ServiceError {
         /// The system's error.
         cause: std::io::Error,
     },
+    /// A thread did not start in time. Check the disk and the files in /dev/shm.
+    #[error(
+        "a thread did not start within five minutes; check that the state folder can be read \
+         and that /dev/shm has space"
+    )]
+    StartTimeout,
     /// A thread panicked. Its message is in the log. Report it.
     #[error("the {thread} thread panicked: see the log above")]
     Panicked {

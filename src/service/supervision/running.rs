@@ -27,8 +27,8 @@ const STOP_TIMEOUT: Duration = Duration::from_millis(800);
 /// Interval at which the supervision looks for a pause of the process. A pause is reported too
 /// short by at most this time.
 pub(super) const PAUSE_POLL: Duration = Duration::from_millis(100);
-/// Interval at which more start time is requested. The number of requests is limited. A folder of
-/// many results and the allocation of shared memory take a long, but limited time.
+/// Interval at which more start time is requested. The number of requests is limited, and so is the
+/// start: five minutes. A folder of many results and the allocation of shared memory take long.
 const EXTENSION_INTERVAL: Duration = Duration::from_secs(2);
 const MAX_EXTENSIONS: u32 = 150;
 /// Maximum length of the reason of a refused reload in the status \[characters\].
@@ -131,8 +131,11 @@ impl Running {
         loop {
             tokio::select! {
                 report = self.reports.recv() => return self.handle_report(report).map(drop),
-                () = tokio::time::sleep(EXTENSION_INTERVAL), if extensions < MAX_EXTENSIONS => {
+                () = tokio::time::sleep(EXTENSION_INTERVAL) => {
                     extensions += 1;
+                    if extensions > MAX_EXTENSIONS {
+                        return Err(ServiceError::StartTimeout);
+                    }
                     manager.extend_start();
                 }
             }

@@ -2,6 +2,7 @@
 
 mod advise;
 mod baseline;
+mod bundle;
 mod capture;
 mod check;
 mod compare;
@@ -96,6 +97,8 @@ pub(crate) enum Command {
     Fleet(fleet::Arguments),
     /// Set, clear or show the baseline for comparison with later results
     Baseline(baseline::Arguments),
+    /// Pack what a service saw into one file, for somebody who cannot see the machine
+    Bundle(bundle::Arguments),
     /// Check a cell file and this machine before the service is started
     Check(check::Arguments),
     /// Print the completions of a shell, for it to read at its start
@@ -156,6 +159,7 @@ impl Command {
             Self::Report(arguments) => report::execute(arguments),
             Self::Fleet(arguments) => fleet::execute(arguments),
             Self::Baseline(arguments) => baseline::execute(arguments),
+            Self::Bundle(arguments) => bundle::execute(arguments),
             Self::Check(arguments) => check::execute(arguments),
             Self::Completions(arguments) => completions::execute(arguments, crate::command()),
             Self::Manual(arguments) => manual::execute(arguments, crate::command()),

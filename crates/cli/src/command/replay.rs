@@ -9,6 +9,7 @@ use didim_formats::foreign_container;
 use didim_identification::identification::Identification;
 
 use crate::CliError;
+use crate::bundle::OpenedBundle;
 use crate::names::DEFAULT_CELL;
 use crate::outcome::last_identification;
 use crate::output::{check_outputs, count_with_noun, print, write_figure, write_report};
@@ -32,7 +33,8 @@ pub(crate) struct Arguments {
     /// The cell file
     #[arg(long, value_name = "FILE", default_value = DEFAULT_CELL)]
     cell: PathBuf,
-    /// The candump log, MCAP recording, EtherCAT capture (pcap, pcapng), or the folder of a ring
+    /// The candump log, MCAP recording, EtherCAT capture (pcap, pcapng), the folder of a ring, or a
+    /// bundle with a recording (*.tar.zst), whose own cell is used
     log: PathBuf,
     /// The interface of a log or a recording whose frames count; repeat for several. Without it
     /// those of the cell's bus, where several have the same identifiers
@@ -55,9 +57,11 @@ pub(crate) struct Arguments {
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
-    let cell = Cell::read_decided(&arguments.cell).map_err(CliError::from_configuration)?;
-    let Arguments { cell: cell_file, log, figure, report, .. } = arguments;
-    check_outputs(figure.iter().chain(report), &[cell_file, log, &cell.robot_file])?;
+    let bundle = OpenedBundle::open_if_bundle(&arguments.log)?;
+    let (cell, log) = read_input(arguments, bundle.as_ref())?;
+    let Arguments { cell: cell_file, log: input_path, figure, report, .. } = arguments;
+    let log = log.as_path();
+    check_outputs(figure.iter().chain(report), &[cell_file, input_path, log, &cell.robot_file])?;
     let input = InputFileOrStream::open(log)?;
     if let Some(container) = foreign_container(input.path()) {
         return Err(CliError::in_file(log, container));
@@ -144,6 +148,18 @@ pub(super) fn replay_recording(
     let report = report.map_err(CliError::from_failure)?;
     let last = last_identification(&report, &last)?;
     Ok((report.snapshot, last))
+}
+
+/// Returns the cell and the recording: those of the bundle, or those of the arguments.
+fn read_input(
+    arguments: &Arguments,
+    bundle: Option<&OpenedBundle>,
+) -> Result<(Cell, PathBuf), CliError> {
+    if let Some(bundle) = bundle {
+        return Ok((bundle.cell()?, bundle.recording()?));
+    }
+    let cell = Cell::read_decided(&arguments.cell).map_err(CliError::from_configuration)?;
+    Ok((cell, arguments.log.clone()))
 }
 
 fn text(identification: &Identification, robot: &Robot, snapshot: &Snapshot) -> String {

@@ -9,6 +9,7 @@ use crate::names::DEFAULT_CELL;
 use didim::analysis::identify::LastIdentification;
 use didim::archive::events::EventSource;
 use didim::cell::{Cell, Processes};
+use didim::live::stream::ServiceNetwork;
 use didim::service::paths::Paths;
 use didim::service::pipeline::{
     PipelineError, archiver_options, build_acquisition, build_estimation, make_recordings,
@@ -55,6 +56,9 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     }
     let part = which_part(arguments.part, cell.service.processes)?;
     paths.create_folders().map_err(CliError::from_failure)?;
+    // Dropped after the parts of the service, which use its files.
+    let network = ServiceNetwork::join(&paths.runtime).map_err(CliError::from_failure)?;
+    network.prefix().clone_into(&mut paths.prefix);
     make_recordings(&cell, &paths).map_err(CliError::from_failure)?;
     let mut options = ServiceOptions::default();
     let estimate = || -> Result<_, PipelineError> {

@@ -162,15 +162,24 @@ fn long_demonstration(folder: &Folder) -> (Child, String) {
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();
-    let prefix = format!("didim-run-{}-0_", child.id());
     let begin = Instant::now();
     // Lock, management, and the samples' segment, which is the last and by far the largest.
-    while shared_bytes(&prefix) < 10_000_000 {
+    loop {
+        let prefix = mapped_prefix(&child);
+        if prefix.as_ref().is_some_and(|prefix| shared_bytes(prefix) >= 10_000_000) {
+            return (child, prefix.unwrap());
+        }
         assert_eq!(child.try_wait().unwrap(), None, "it ended by itself");
         assert!(begin.elapsed() < Duration::from_secs(60), "no stream within a minute");
         std::thread::sleep(Duration::from_millis(20));
     }
-    (child, prefix)
+}
+
+/// Prefix of the files in shared memory that a process has mapped.
+fn mapped_prefix(child: &Child) -> Option<String> {
+    let maps = std::fs::read_to_string(format!("/proc/{}/maps", child.id())).ok()?;
+    let (_, name) = maps.split_once("/dev/shm/didim-run-")?;
+    Some(format!("didim-run-{}_", name.split_once('_')?.0))
 }
 
 /// Bytes in shared memory of the files with a prefix.

@@ -23,7 +23,8 @@ pub enum RobotError {
     },
     /// The name of the robot or of a joint is not one line of text.
     #[error(
-        "line {line}: `name` has control characters; write it on one line, other files carry it"
+        "line {line}: `name` has control or format characters; write it on one line, without \
+         characters that cannot be seen"
     )]
     ControlInName {
         /// Line, counted from 1.

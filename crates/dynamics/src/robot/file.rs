@@ -8,6 +8,7 @@ use toml::Spanned;
 
 use super::capsule::RawCapsule;
 use super::friction::RawJointFriction;
+use super::hidden::is_hidden;
 use super::known_torque::RawKnownTorque;
 use super::limit::RawLimit;
 use super::{
@@ -266,7 +267,7 @@ impl Robot {
             if name.get_ref().trim().is_empty() {
                 return Err(RobotError::EmptyName { line: text.line_of(name) });
             }
-            if name.get_ref().contains(char::is_control) {
+            if name.get_ref().contains(is_hidden) {
                 return Err(RobotError::ControlInName { line: text.line_of(name) });
             }
         }

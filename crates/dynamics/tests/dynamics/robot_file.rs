@@ -110,8 +110,10 @@ fn numbers_that_make_no_arm_are_refused() {
 
     let (error, line) = refused("name = \"tx40\"", "name = \" \"");
     assert_eq!(error, RobotError::EmptyName { line });
-    let (error, line) = refused("name = \"tx40\"", "name = \"tx\\n40\"");
-    assert_eq!(error, RobotError::ControlInName { line });
+    for hidden in ["\\n", "\\u202e", "\\u200b", "\\u2066", "\\ufeff"] {
+        let (error, line) = refused("name = \"tx40\"", &format!("name = \"tx{hidden}40\""));
+        assert_eq!(error, RobotError::ControlInName { line }, "{hidden}");
+    }
 }
 
 #[test]

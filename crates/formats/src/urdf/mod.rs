@@ -14,7 +14,7 @@ mod static_gravity;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use didim_dynamics::robot::{NamedFrame, Robot};
+use didim_dynamics::robot::{NamedFrame, Robot, is_hidden};
 use nalgebra::{IsometryMatrix3, Vector3};
 
 pub use edit::{UrdfValues, WRITTEN_BY};
@@ -340,7 +340,7 @@ fn toml_text(name: &str) -> String {
 
 /// Returns a name on one line.
 fn single_line(name: &str) -> String {
-    name.chars().map(|of| if of.is_control() { ' ' } else { of }).collect()
+    name.chars().map(|of| if is_hidden(of) { ' ' } else { of }).collect()
 }
 
 /// Removes rounding errors.

@@ -3,8 +3,7 @@
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-use rumqttc::v5::mqttbytes::QoS;
-use rumqttc::v5::{AsyncClient, Event, Incoming, MqttOptions};
+use rumqttc::{AsyncClient, Broker, BrokerSessionResumePolicy, Event, Incoming, MqttOptions, QoS};
 use serde_json::Value;
 
 use super::wait_for;
@@ -21,8 +20,9 @@ pub(crate) struct Consumer(Arc<Mutex<Vec<Heard>>>);
 impl Consumer {
     /// Listens to all that comes, in a session that the broker keeps.
     pub(crate) fn new(port: u16) -> Self {
-        let mut options = MqttOptions::new("consumer", "127.0.0.1", port);
+        let mut options = MqttOptions::new("consumer", Broker::tcp("127.0.0.1", port));
         options.set_clean_start(false).set_session_expiry_interval(Some(3600));
+        options.set_broker_session_resume_policy(BrokerSessionResumePolicy::AllowBrokerOnly);
         options.set_max_packet_size(Some(1 << 20));
         let heard = Arc::new(Mutex::new(Vec::new()));
         let (into, (ready, subscribed)) = (Arc::clone(&heard), std::sync::mpsc::channel());
@@ -68,7 +68,7 @@ async fn listen(
     into: &Mutex<Vec<Heard>>,
     ready: &std::sync::mpsc::Sender<()>,
 ) {
-    let (client, mut events) = AsyncClient::new(options, 10);
+    let (client, mut events) = AsyncClient::builder(options).capacity(10).build();
     loop {
         match events.poll().await {
             Ok(Event::Incoming(Incoming::ConnAck(_))) => {

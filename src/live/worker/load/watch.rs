@@ -1,6 +1,7 @@
 //! The thread that identifies the load from the last seconds of motion.
 
 use core::time::Duration;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
@@ -25,6 +26,9 @@ const BASELINE_POLL_INTERVAL: Duration = Duration::from_millis(500);
 const POLL_INTERVAL: Duration = Duration::from_millis(2);
 /// Message while there is no baseline.
 const NO_BASELINE: &str = "there is no baseline; `didim baseline set` sets one, with the arm empty";
+
+/// Message after a panic.
+const PANICKED: &str = "the load survey panicked; the log has its message, report it";
 
 /// A few seconds of motion, and the identifier that finds their payload.
 struct SurveyPiece {
@@ -127,15 +131,21 @@ impl SurveyThread {
             match parts.recv_timeout(BASELINE_POLL_INTERVAL) {
                 Ok(SurveyPiece { window, identifier }) => {
                     self.look_for_baseline();
-                    if let Some(baseline) = &self.baseline
-                        && let Some(found) = identifier.load(baseline, &window)
-                    {
-                        self.take_survey(found.map_err(|why| why.to_string()));
-                    }
+                    self.survey(&window, &identifier);
                 }
                 Err(RecvTimeoutError::Timeout) => self.look_for_baseline(),
                 Err(RecvTimeoutError::Disconnected) => return,
             }
+        }
+    }
+
+    /// Surveys one piece. A panic fails this survey, and not the service: windows do not need it.
+    fn survey(&mut self, window: &Window, identifier: &Identifier) {
+        let Some(baseline) = &self.baseline else { return };
+        match catch_unwind(AssertUnwindSafe(|| identifier.load(baseline, window))) {
+            Ok(None) => {}
+            Ok(Some(found)) => self.take_survey(found.map_err(|why| why.to_string())),
+            Err(_) => self.take_survey(Err(PANICKED.to_owned())),
         }
     }
 

@@ -11,8 +11,9 @@ pub use baseline::{BaselineCommandError, BaselineRequest};
 pub use capture::CaptureRequest;
 pub use error::{MAX_REQUEST, RequestError};
 
+use didim_dynamics::robot::is_hidden;
+
 use crate::live::worker::Command;
-use crate::text::is_hidden;
 use crate::window::Note;
 
 /// Commands to a running service.

@@ -446,6 +446,24 @@ pub(super) const PAGES: &[CommandPage] = &[
         &["didim-history(1)", "didim-parameters(7)"],
     ),
     page(
+        "bundle",
+        "Packs versions, the files of the cell, status, events, history, baseline and a result \
+         into one archive, and with `--recording` a kept recording, which `replay` opens. Of the \
+         journal it takes the lines that name didim, and replaces the name of the machine. The \
+         files of `didim-publish`, with its password, are not read. A part that is missing is \
+         listed with its reason.",
+        &[
+            ["didim bundle arm.tar.zst", "what the service of this machine saw"],
+            [
+                "didim bundle arm.tar.zst --result 12 --recording result-00000012.mcap",
+                "a result with its recording",
+            ],
+            ["didim replay arm.tar.zst", "the same result, on another machine"],
+        ],
+        &[STATE_FILES, RUNTIME_FILES],
+        &["didim-replay(1)", "didim-history(1)", "didim-status(1)"],
+    ),
+    page(
         "baseline",
         "Later results are compared with the baseline, and a parameter that leaves its band raises \
         an alarm.",

@@ -1,0 +1,183 @@
+//! The archive of `didim bundle`: configuration, status, history, a result and a recording in one
+//! file, which `didim replay` opens.
+
+use std::fs::{self, File};
+use std::io::{Cursor, Read as _};
+use std::path::{Path, PathBuf};
+
+use ruzstd::decoding::StreamingDecoder;
+use ruzstd::encoding::{CompressionLevel, compress_to_vec};
+use serde::{Deserialize, Serialize};
+use tempfile::TempDir;
+
+use super::CliError;
+use didim::cell::{Cell, Library};
+
+/// Ending of a bundle's name.
+pub(crate) const ENDING: &str = ".tar.zst";
+/// Maximum size of a bundle before its compression \[bytes\]. It is packed in memory.
+pub(crate) const MAX_BYTES: u64 = 256 << 20;
+/// Name of the table of contents in the archive.
+const CONTENTS: &str = "bundle.json";
+/// Name of the recording in the archive.
+pub(crate) const RECORDING: &str = "recording.mcap";
+/// Version of the table of contents.
+const SCHEMA: u32 = 1;
+
+/// Table of contents of a bundle.
+#[derive(Debug, Default, Serialize, Deserialize)]
+pub(crate) struct Contents {
+    schema: u32,
+    /// Version of the program that packed it.
+    pub(crate) version: String,
+    /// Release of the kernel.
+    pub(crate) kernel: String,
+    /// Architecture of the processor.
+    pub(crate) processor: String,
+    /// Path of the cell file on its machine.
+    pub(crate) cell: PathBuf,
+    /// Files of the configuration: their paths on the machine and their names in the archive.
+    pub(crate) configuration: Vec<(PathBuf, String)>,
+    /// Parts that could not be packed, each with its reason.
+    pub(crate) left_out: Vec<(String, String)>,
+}
+
+/// A bundle that is being packed.
+#[derive(Default)]
+pub(crate) struct Bundle {
+    pub(crate) contents: Contents,
+    members: Vec<(String, Vec<u8>)>,
+}
+
+impl Bundle {
+    /// Adds a file.
+    pub(crate) fn add(&mut self, name: &str, content: Vec<u8>) {
+        self.members.push((name.to_owned(), content));
+    }
+
+    /// Adds a part, or the reason why it is missing.
+    pub(crate) fn add_or_explain(&mut self, name: &str, part: Result<Vec<u8>, String>) {
+        match part {
+            Ok(content) => self.add(name, content),
+            Err(why) => self.contents.left_out.push((name.to_owned(), why)),
+        }
+    }
+
+    /// Adds the files of the configuration. Their paths are kept in the table of contents.
+    pub(crate) fn add_configuration(&mut self, files: Vec<(PathBuf, String)>) {
+        for (number, (path, text)) in files.into_iter().enumerate() {
+            let file = path.file_name().unwrap_or_default().to_string_lossy();
+            let name = format!("configuration/{number}-{file}");
+            self.add(&name, text.into_bytes());
+            self.contents.configuration.push((path, name));
+        }
+    }
+
+    /// Packs and compresses all parts.
+    ///
+    /// # Errors
+    /// The parts exceed [`MAX_BYTES`].
+    pub(crate) fn pack(mut self) -> Result<Vec<u8>, CliError> {
+        self.contents.schema = SCHEMA;
+        let contents = serde_json::to_vec_pretty(&self.contents).map_err(CliError::from_failure)?;
+        self.members.insert(0, (CONTENTS.to_owned(), contents));
+        let size: u64 = self.members.iter().map(|(_, content)| content.len() as u64).sum();
+        if size > MAX_BYTES {
+            let why = format!(
+                "the bundle would have {} MB before compression, more than {} MB; choose a \
+                 shorter recording",
+                size >> 20,
+                MAX_BYTES >> 20
+            );
+            return Err(CliError::from_failure(why));
+        }
+        let mut archive = tar::Builder::new(Vec::new());
+        for (name, content) in &self.members {
+            let mut header = tar::Header::new_gnu();
+            header.set_size(content.len() as u64);
+            header.set_mode(0o644);
+            archive
+                .append_data(&mut header, name, content.as_slice())
+                .map_err(CliError::from_failure)?;
+        }
+        let archive = archive.into_inner().map_err(CliError::from_failure)?;
+        Ok(compress_to_vec(archive.as_slice(), CompressionLevel::Fastest))
+    }
+}
+
+/// A bundle whose files are in a temporary folder.
+pub(crate) struct OpenedBundle {
+    file: PathBuf,
+    folder: TempDir,
+    contents: Contents,
+}
+
+impl OpenedBundle {
+    /// Unpacks a bundle. Returns `None` for a file that is none by its name.
+    ///
+    /// # Errors
+    /// The archive is damaged, too large, or of a newer version.
+    pub(crate) fn open_if_bundle(file: &Path) -> Result<Option<Self>, CliError> {
+        if !file.as_os_str().as_encoded_bytes().ends_with(ENDING.as_bytes()) {
+            return Ok(None);
+        }
+        let refused = |cause: &dyn std::fmt::Display| {
+            CliError::in_file(file, format!("not a bundle of `didim bundle`: {cause}"))
+        };
+        let compressed = File::open(file).map_err(|cause| CliError::in_file(file, cause))?;
+        let decoder = StreamingDecoder::new(compressed).map_err(|cause| refused(&cause))?;
+        let mut archive = Vec::new();
+        let limit = 2 * MAX_BYTES;
+        decoder.take(limit).read_to_end(&mut archive).map_err(|cause| refused(&cause))?;
+        if archive.len() as u64 == limit {
+            return Err(refused(&"it is too large"));
+        }
+        let folder = tempfile::Builder::new().prefix("didim-").tempdir();
+        let folder = folder.map_err(CliError::from_failure)?;
+        // `unpack` refuses paths that lead out of the folder.
+        let mut archive = tar::Archive::new(Cursor::new(archive));
+        archive.unpack(folder.path()).map_err(|cause| refused(&cause))?;
+        let text = fs::read_to_string(folder.path().join(CONTENTS));
+        let text = text.map_err(|cause| refused(&cause))?;
+        let contents: Contents = serde_json::from_str(&text).map_err(|cause| refused(&cause))?;
+        if contents.schema != SCHEMA {
+            return Err(refused(&format!("schema {} instead of {SCHEMA}", contents.schema)));
+        }
+        Ok(Some(Self { file: file.to_owned(), folder, contents }))
+    }
+
+    /// Reads the cell from the files of the bundle, under the paths of its machine.
+    ///
+    /// # Errors
+    /// A file is missing, or the cell is invalid.
+    pub(crate) fn cell(&self) -> Result<Cell, CliError> {
+        let mut files = Vec::new();
+        for (path, name) in &self.contents.configuration {
+            let plain = Path::new(name)
+                .components()
+                .all(|part| matches!(part, std::path::Component::Normal(_)));
+            let inside = self.folder.path().join(name);
+            let text = plain.then(|| fs::read_to_string(inside)).transpose();
+            let text = text.map_err(|cause| CliError::in_file(&self.file, cause))?;
+            files.push((path.to_string_lossy(), text.unwrap_or_default()));
+        }
+        let texts: Vec<(&str, &str)> =
+            files.iter().map(|(path, text)| (path.as_ref(), text.as_str())).collect();
+        let cell = &self.contents.cell;
+        Cell::from_library(Library::Texts(&texts), cell)
+            .and_then(|read| read.require_decided(cell))
+            .map_err(CliError::from_configuration)
+    }
+
+    /// Returns the path of the unpacked recording.
+    ///
+    /// # Errors
+    /// The bundle has none.
+    pub(crate) fn recording(&self) -> Result<PathBuf, CliError> {
+        let path = self.folder.path().join(RECORDING);
+        path.is_file().then_some(path).ok_or_else(|| {
+            let why = "the bundle has no recording; pack it with --recording FILE";
+            CliError::in_file(&self.file, why)
+        })
+    }
+}

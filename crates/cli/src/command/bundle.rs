@@ -1,0 +1,199 @@
+//! `didim bundle`: packs what a service saw, for somebody who cannot see the machine.
+
+use std::cell::RefCell;
+use std::fs::{self, File};
+use std::io::{Read as _, Seek as _, SeekFrom};
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+use crate::CliError;
+use crate::bundle::{Bundle, ENDING, MAX_BYTES, RECORDING};
+use crate::names::DEFAULT_CELL;
+use crate::output::{check_outputs, print, write_whole};
+use crate::stream::InputFileOrStream;
+use didim::archive::events::EventSource;
+use didim::archive::store::result_file;
+use didim::cell::{Cell, Library, ServiceSection};
+use didim::service::paths::Paths;
+use didim::service::status::fetch_snapshot;
+
+/// Maximum size of a text in a bundle \[bytes\]. The end of a longer one is packed.
+const MAX_TEXT: u64 = 4 << 20;
+
+#[derive(Debug, Args)]
+pub(crate) struct Arguments {
+    /// The bundle to write: *.tar.zst
+    out: PathBuf,
+    /// The cell file of the service
+    #[arg(long, value_name = "FILE", default_value = DEFAULT_CELL)]
+    cell: PathBuf,
+    /// The folder of its results [default: the cell's]
+    #[arg(long, value_name = "FOLDER")]
+    state: Option<PathBuf>,
+    /// The folder of its sockets [default: the cell's]
+    #[arg(long, value_name = "FOLDER")]
+    runtime: Option<PathBuf>,
+    /// The number of the result to pack [default: the last one]
+    #[arg(long, value_name = "N")]
+    result: Option<u64>,
+    /// A kept recording to pack, at most 256 MB with all other parts
+    #[arg(long, value_name = "FILE")]
+    recording: Option<PathBuf>,
+    /// The journal, whose last lines that name didim are packed; - reads it from a pipe:
+    /// `journalctl --unit 'didim*' | didim bundle OUT --journal -`
+    #[arg(long, value_name = "FILE")]
+    journal: Option<PathBuf>,
+}
+
+pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
+    let Arguments { out, cell: cell_file, recording, .. } = arguments;
+    if !out.as_os_str().as_encoded_bytes().ends_with(ENDING.as_bytes()) {
+        let why = format!("{}: the name of a bundle ends with {ENDING}", out.display());
+        return Err(CliError::Usage(why));
+    }
+    let read: Vec<&Path> = [cell_file].into_iter().chain(recording).map(PathBuf::as_path).collect();
+    check_outputs([out], &read)?;
+    let mut bundle = Bundle::default();
+    bundle.contents.version = env!("CARGO_PKG_VERSION").to_owned();
+    bundle.contents.kernel = of_kernel("osrelease");
+    bundle.contents.processor = std::env::consts::ARCH.to_owned();
+
+    let cell_file =
+        fs::canonicalize(cell_file).map_err(|cause| CliError::in_file(cell_file, cause))?;
+    let files = RefCell::default();
+    let service = match Cell::from_library(Library::Recording(&files), &cell_file) {
+        Ok(cell) => cell.service,
+        Err(error) => {
+            bundle.contents.left_out.push(("cell".to_owned(), error.to_string()));
+            ServiceSection::default()
+        }
+    };
+    bundle.contents.cell = cell_file;
+    bundle.add_configuration(files.into_inner());
+    add_service(&mut bundle, arguments, &service)?;
+    if let Some(path) = recording {
+        let in_file = |cause| CliError::in_file(path, cause);
+        if fs::metadata(path).map_err(in_file)?.len() > MAX_BYTES {
+            let why = format!("it has more than {} MB; pack a shorter one", MAX_BYTES >> 20);
+            return Err(CliError::in_file(path, why));
+        }
+        bundle.add(RECORDING, fs::read(path).map_err(in_file)?);
+    }
+    let left_out = bundle.contents.left_out.clone();
+    let packed = bundle.pack()?;
+    write_whole(out, |file| file.write_all(&packed).map_err(CliError::from_failure))?;
+    let mut text = format!("{}: {} kB\n", out.display(), packed.len().div_ceil(1000));
+    for (part, why) in left_out {
+        text += &format!("without {part}: {why}\n");
+    }
+    print(&text)
+}
+
+/// Adds status, journal, events, history, baseline and a result.
+fn add_service(
+    bundle: &mut Bundle,
+    arguments: &Arguments,
+    service: &ServiceSection,
+) -> Result<(), CliError> {
+    let runtime = arguments.runtime.as_ref().unwrap_or(&service.runtime_directory);
+    let state = arguments.state.as_ref().unwrap_or(&service.state_directory);
+    let status = fetch_snapshot(&Paths::with_sockets_in(runtime));
+    let status = status.map_err(|error| error.to_string());
+    let json = status
+        .and_then(|status| serde_json::to_vec_pretty(&status).map_err(|error| error.to_string()));
+    bundle.add_or_explain("status.json", json);
+    if let Some(path) = &arguments.journal {
+        let input = InputFileOrStream::open(path)?;
+        let text = read_end(input.path(), MAX_TEXT);
+        let text = text.map_err(|cause| CliError::in_file(path, cause))?;
+        let ours = without_name(&own_lines(&text), &of_kernel("hostname"));
+        bundle.add("journal.txt", ours.into_bytes());
+    }
+    let result = match arguments.result {
+        Some(number) => result_file(state, number),
+        None => state.join("latest.json"),
+    };
+    let parts = [
+        ("events.jsonl", EventSource::Service.file_in(state)),
+        ("events-acquisition.jsonl", EventSource::Acquisition.file_in(state)),
+        ("history.jsonl", state.join("history.jsonl")),
+        ("baseline.json", state.join("baseline.json")),
+        ("result.json", result),
+    ];
+    for (name, path) in parts {
+        let content = read_end(&path, MAX_TEXT);
+        bundle.add_or_explain(name, content.map_err(|error| error.to_string()));
+    }
+    Ok(())
+}
+
+/// Reads a file. If it is longer than `limit`, only its end, from the beginning of a line.
+fn read_end(path: &Path, limit: u64) -> std::io::Result<Vec<u8>> {
+    let mut file = File::open(path)?;
+    let surplus = file.metadata()?.len().saturating_sub(limit);
+    file.seek(SeekFrom::Start(surplus))?;
+    let mut content = Vec::new();
+    file.take(limit).read_to_end(&mut content)?;
+    if surplus > 0 {
+        let line = content.iter().position(|byte| *byte == b'\n').map_or(0, |end| end + 1);
+        content.drain(..line);
+    }
+    Ok(content)
+}
+
+/// Returns the lines of a journal that name this program.
+fn own_lines(journal: &[u8]) -> String {
+    let text = String::from_utf8_lossy(journal);
+    text.lines().filter(|line| line.contains("didim")).flat_map(|line| [line, "\n"]).collect()
+}
+
+/// Replaces the name of the machine where it stands as a word.
+fn without_name(text: &str, name: &str) -> String {
+    if name.is_empty() {
+        return text.to_owned();
+    }
+    let is_word =
+        |each: Option<char>| each.is_some_and(|each| each.is_alphanumeric() || each == '_');
+    let (mut rest, mut replaced) = (text, String::with_capacity(text.len()));
+    while let Some((before, after)) = rest.split_once(name) {
+        let begun = before.chars().next_back().or_else(|| replaced.chars().next_back());
+        let is_name = !is_word(begun) && !is_word(after.chars().next());
+        replaced += before;
+        replaced += if is_name { "machine" } else { name };
+        rest = after;
+    }
+    replaced + rest
+}
+
+/// Returns an entry of /proc/sys/kernel; empty if it cannot be read.
+fn of_kernel(entry: &str) -> String {
+    let text = fs::read_to_string(Path::new("/proc/sys/kernel").join(entry)).unwrap_or_default();
+    text.trim().to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_journal_has_our_lines_without_the_name_of_the_machine() {
+        let journal = b"Nov 28 arm-7 sshd[1]: password of root\n\
+            Nov 28 arm-7 didim[2]: starts at arm-7, not arm-71 or charm-7\n";
+        let ours = own_lines(journal);
+        assert_eq!(
+            without_name(&ours, "arm-7"),
+            "Nov 28 machine didim[2]: starts at machine, not arm-71 or charm-7\n"
+        );
+        assert_eq!(without_name("a b", ""), "a b");
+    }
+
+    #[test]
+    fn of_a_long_file_the_end_is_read_from_a_line_on() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("history.jsonl");
+        fs::write(&path, "first\nsecond\nthird\n").unwrap();
+        assert_eq!(read_end(&path, 9).unwrap(), b"third\n");
+        assert_eq!(read_end(&path, 100).unwrap(), b"first\nsecond\nthird\n");
+    }
+}

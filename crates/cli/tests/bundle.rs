@@ -1,0 +1,81 @@
+//! `didim bundle`: what it packs, and that a replay of it gives the result of the recording.
+
+use std::fs;
+use std::path::Path;
+
+use crate::program::{didim, json, repository, results, succeed};
+
+const CELL: &str = "tests/data/stored/config/cells/tx40-cia402.toml";
+const RECORDING: &str = "tests/data/stored/drive.mcap";
+
+#[test]
+fn a_replay_of_a_bundle_gives_the_result_of_its_recording() {
+    let folder = tempfile::Builder::new().prefix("didim-").tempdir().unwrap();
+    let in_folder = |name: &str| folder.path().join(name);
+    let (cell, recording, state) =
+        (repository(CELL), repository(RECORDING), repository("tests/data/stored/state"));
+    let name = fs::read_to_string("/proc/sys/kernel/hostname").unwrap();
+    let journal = format!("{} didim[7]: starts\n{0} cron[8]: secret\n", name.trim());
+    fs::write(in_folder("journal"), journal).unwrap();
+    let bundle = in_folder("arm.tar.zst");
+    let said = succeed(&[
+        &"bundle",
+        &bundle,
+        &"--cell",
+        &cell,
+        &"--state",
+        &state,
+        &"--runtime",
+        &folder.path(),
+        &"--result",
+        &"0",
+        &"--recording",
+        &recording,
+        &"--journal",
+        &in_folder("journal"),
+    ]);
+    assert!(said.contains("without status.json: no service at"), "{said}");
+    assert!(!said.contains("without result.json"), "{said}");
+
+    // Another program reads it.
+    let unpacked = in_folder("unpacked");
+    fs::create_dir(&unpacked).unwrap();
+    unpack(&bundle, &unpacked);
+    assert_eq!(
+        fs::read_to_string(unpacked.join("journal.txt")).unwrap(),
+        "machine didim[7]: starts\n"
+    );
+    let result = fs::read(unpacked.join("result.json")).unwrap();
+    assert_eq!(result, fs::read(state.join("result-00000000.json")).unwrap());
+    let contents = json(&fs::read_to_string(unpacked.join("bundle.json")).unwrap());
+    assert_eq!(contents["schema"], 1);
+    assert!(contents["configuration"].as_array().unwrap().len() >= 3, "{contents}");
+
+    // The cell of the bundle counts, wherever it is opened.
+    let (first, second) = (in_folder("first"), in_folder("second"));
+    succeed(&[&"replay", &"--cell", &cell, &"--state", &first, &recording]);
+    succeed(&[&"replay", &"--cell", &"/nowhere.toml", &"--state", &second, &bundle]);
+    assert!(!results(&first).is_empty());
+    assert_eq!(results(&first), results(&second));
+}
+
+fn unpack(bundle: &Path, folder: &Path) {
+    let file = fs::File::open(bundle).unwrap();
+    let decoder = ruzstd::decoding::StreamingDecoder::new(file).unwrap();
+    tar::Archive::new(decoder).unpack(folder).unwrap();
+}
+
+#[test]
+fn what_is_no_bundle_is_refused() {
+    let folder = tempfile::Builder::new().prefix("didim-").tempdir().unwrap();
+    let cell = repository(CELL);
+    let path = folder.path().join("arm.tar.zst");
+    for content in [&b""[..], b"\x28\xb5\x2f\xfd", b"no archive at all"] {
+        fs::write(&path, content).unwrap();
+        let output = didim(&[&"replay", &"--cell", &cell, &path]);
+        assert_eq!(output.code, Some(1), "{}", output.stderr);
+        assert!(output.stderr.contains("not a bundle"), "{}", output.stderr);
+    }
+    let output = didim(&[&"bundle", &folder.path().join("arm.zip"), &"--cell", &cell]);
+    assert_eq!(output.code, Some(2));
+}
