@@ -7,7 +7,6 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use crate::common::eventually;
 use didim::live::acquire::{ReceiveBuffer, SharedAcquisition};
 use didim::live::stream::StreamOptions;
 use didim::live::worker::{Command, SharedEstimation};

@@ -5,8 +5,8 @@ use didim_dynamics::dynamics::{BaseParameters, Model};
 use didim_dynamics::robot::{JointIndex, MotorIndex, Robot};
 use didim_dynamics::{SignalTiming, Signals};
 use didim_identification::identification::{
-    Estimate, Experiment, Finding, FindingCode, FlippedSignal, Method, Note, NuisanceParameter,
-    Options, Reason, Severity, Start, Subject, identify,
+    Estimate, Experiment, Finding, FindingCode, Method, Note, NuisanceParameter, Options, Reason,
+    Severity, Signal, Start, Subject, identify,
 };
 use didim_sim::{Scenario, tx40_paper};
 
@@ -114,7 +114,7 @@ fn one_torque_of_the_other_sign_is_reported_by_its_friction() {
     // What follows from it, single coefficients below 0, is left out.
     let reasons = &estimate.verdict.uses.prediction.reasons;
     let joint = JointIndex::new(0);
-    let signal = Some(FlippedSignal::Torque);
+    let signal = Some(Signal::Torque);
     let expected = Reason::WrongSignsOfJoint { joint, negative: 2, signal, setting: None };
     assert_eq!(reasons[..], [expected]);
 }

@@ -3,7 +3,7 @@
 use didim_drivers::units::{DriveSpec, Sign, TorqueScale};
 use didim_dynamics::robot::JointIndex;
 use didim_formats::Side;
-use didim_identification::identification::{Change, FlippedSignal, Setting, SettingValue};
+use didim_identification::identification::{Change, Setting, SettingValue, Signal};
 
 use super::data::DataSection;
 use super::unit::OneOrEach;
@@ -103,8 +103,9 @@ impl Cell {
             }
             Change::Sign { joint, signal } => {
                 let (section, of) = match signal {
-                    FlippedSignal::Torque => ("data.torque", torque),
-                    FlippedSignal::Position => ("data.position", position),
+                    Signal::Torque => ("data.torque", torque),
+                    Signal::Position => ("data.position", position),
+                    Signal::Both => return None,
                 };
                 let axis = self.axis(*joint, columns.side)?;
                 self.sign_setting((section, "sign", of.sign.as_ref()), axis, *joint)
@@ -121,7 +122,7 @@ impl Cell {
                 let keys = [effort.per_ampere.as_ref(), effort.factor.as_ref()];
                 self.scale_setting("data.bag.effort", &keys, side, change)
             }
-            Change::Sign { joint, signal: FlippedSignal::Torque } => {
+            Change::Sign { joint, signal: Signal::Torque } => {
                 let key = ("data.bag.effort", "sign", effort.sign.as_ref());
                 self.sign_setting(key, self.axis(*joint, side)?, *joint)
             }
@@ -174,8 +175,9 @@ impl Cell {
             }
             Change::Sign { signal, .. } => {
                 let (key, sign) = match signal {
-                    FlippedSignal::Torque => ("torque.sign", drive.torque.sign),
-                    FlippedSignal::Position => ("position.sign", drive.position.sign),
+                    Signal::Torque => ("torque.sign", drive.torque.sign),
+                    Signal::Position => ("position.sign", drive.position.sign),
+                    Signal::Both => return None,
                 };
                 let configured = if sign == Sign::Positive { 1 } else { -1 };
                 let explanation = self.configured_text(*joint, configured);

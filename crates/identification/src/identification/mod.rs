@@ -43,14 +43,14 @@ pub use friction::choose_friction;
 pub use gains::{ArmParameter, DriveGain, Gains, GainsError, KnownLoad, Scale, find_gains};
 pub use identify::identify;
 pub use judgement::{
-    CATALOGUE, CatalogueRow, Change, ChosenCutoff, ChosenFriction, ClippedSignal,
+    Alternative, CATALOGUE, CatalogueRow, Change, ChosenCutoff, ChosenFriction, ClippedSignal,
     ControllerUnchecked, ConvergenceStep, CutoffTrial, Estimate, Extrapolation, Finding,
-    FindingCode, Fit, FitMotion, FlippedSignal, FrictionChange, FrictionGain, FrictionScore,
-    FrozenSignal, HeldOut, Identification, Information, KeptParameter, ModelUncertainty, Note,
+    FindingCode, Fit, FitMotion, FrictionChange, FrictionGain, FrictionScore, FrozenSignal,
+    HeldOut, Identification, Information, KeptParameter, Lag, ModelUncertainty, Note,
     NuisanceEstimate, NuisanceParameter, Output, ParameterCovariance, ParameterEstimate,
     PhysicalConsistency, PositionBias, PredictedError, Quantity, ReachedRange, Reason,
-    ReferenceSource, ResidualQuantiles, SCHEMA, Setting, SettingValue, Severity, SingularValues,
-    Slow, Subject, TorqueDelay, UseVerdict, Uses, Verdict,
+    ReferenceSource, ResidualQuantiles, SCHEMA, Setting, SettingValue, Severity, Signal,
+    SingularValues, Subject, TorqueDelay, UseVerdict, Uses, Verdict,
 };
 pub use observation::{Motion, filtered_motion, observation_matrix};
 pub use payload::{

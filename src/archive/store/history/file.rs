@@ -319,10 +319,9 @@ impl HistoryFile {
         let day = line.time.day();
         let [at_the_end_of_a_day, at_once] = SEGMENT_LINES;
         let is_next_day = self.last_day.is_some_and(|last| last != day);
-        if (is_next_day && self.lines >= at_the_end_of_a_day) || self.lines >= at_once {
-            if let Err(problem) = self.close_segment() {
-                tracing::warn!("the newest part of the history is not compressed: {problem}");
-            }
+        let is_closed = (is_next_day && self.lines >= at_the_end_of_a_day) || self.lines >= at_once;
+        if is_closed && let Err(problem) = self.close_segment() {
+            tracing::warn!("the newest part of the history is not compressed: {problem}");
         }
         let mut json = serde_json::to_vec(line)?;
         json.push(b'\n');

@@ -2,7 +2,7 @@
 
 use didim_dynamics::robot::{JointIndex, JointKind};
 
-use super::flipped_signal::FlippedSignal;
+use super::alternatives::{Alternative, Signal};
 use super::nuisance_parameters::{NuisanceEstimate, NuisanceParameter};
 use super::reasons::Reason;
 use super::setting::Setting;
@@ -38,7 +38,7 @@ pub enum Change {
         /// The joint.
         joint: JointIndex,
         /// The signal.
-        signal: FlippedSignal,
+        signal: Signal,
     },
 }
 
@@ -50,8 +50,12 @@ impl Reason {
             Self::WrongSignsOfJoint { joint, signal, .. } => {
                 signal.map(|signal| Change::Sign { joint: *joint, signal })
             }
-            Self::Gravity { gravity_m_s2, .. } => {
+            Self::Alternative { found: Alternative::Gravity { gravity_m_s2 }, .. } => {
                 Some(Change::Gravity { gravity_m_s2: *gravity_m_s2 })
+            }
+            Self::Alternative { found: Alternative::OppositeSign { motor, signal }, .. } => {
+                let joint = JointIndex::new(motor.position());
+                Some(Change::Sign { joint, signal: *signal })
             }
             _ => None,
         }
@@ -61,7 +65,7 @@ impl Reason {
     pub fn setting(&self) -> Option<&Setting> {
         match self {
             Self::Contradicted { setting, .. }
-            | Self::Gravity { setting, .. }
+            | Self::Alternative { setting, .. }
             | Self::WrongSignsOfJoint { setting, .. } => setting.as_ref(),
             _ => None,
         }
@@ -72,7 +76,7 @@ impl Reason {
         let found = self.change().and_then(|change| find(&change));
         match self {
             Self::Contradicted { setting, .. }
-            | Self::Gravity { setting, .. }
+            | Self::Alternative { setting, .. }
             | Self::WrongSignsOfJoint { setting, .. } => *setting = found,
             _ => {}
         }

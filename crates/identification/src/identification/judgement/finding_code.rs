@@ -71,8 +71,14 @@ finding_codes! {
     WrongSignsOfJoint = "wrong-signs-of-joint",
     /// A torque has a wrong unit or gain.
     OtherUnit = "other-unit",
+    /// A torque or a position is sign-flipped: the other sign fits decisively better.
+    OppositeSignal = "opposite-signal",
     /// Two drives are swapped.
     SwappedMotors = "swapped-motors",
+    /// A torque or a position is late.
+    LateSignal = "late-signal",
+    /// A position has another scale, as with a wrong gear ratio.
+    PositionScale = "position-scale",
     /// The direction of gravity differs: the arm is mounted differently.
     GravityDirection = "gravity-direction",
     /// A torque signal is constant.

@@ -2,6 +2,7 @@
 
 use didim_dynamics::robot::JointIndex;
 
+use super::alternatives::{Alternative, Lag};
 use super::clipped_signal::ClippedSignal;
 use super::finding::{Finding, Subject};
 use super::finding_code::{FindingCode, Severity};
@@ -123,8 +124,14 @@ impl Reason {
             Self::PhysicallyImpossible(_) => Code::NoBodies,
             Self::OppositeCommand { .. } => Code::OppositeCommand,
             Self::WrongSigns { .. } => Code::WrongSigns,
-            Self::Swapped { .. } => Code::SwappedMotors,
-            Self::Gravity { .. } => Code::GravityDirection,
+            Self::Alternative { found, .. } => match found {
+                Alternative::OppositeSign { .. } => Code::OppositeSignal,
+                Alternative::Swapped { .. } => Code::SwappedMotors,
+                Alternative::Late { lag: Lag::LowPass, .. } => Code::LowPassed,
+                Alternative::Late { lag: Lag::Delay, .. } => Code::LateSignal,
+                Alternative::PositionScale { .. } => Code::PositionScale,
+                Alternative::Gravity { .. } => Code::GravityDirection,
+            },
             Self::WrongSignsOfJoint { .. } => Code::WrongSignsOfJoint,
             Self::ClippedTorque { found } if found.is_constant() => Code::ConstantTorque,
             Self::ClippedTorque { .. } => Code::ClippedTorque,
@@ -188,8 +195,7 @@ impl Reason {
                 Facts::new(None, share, "1")
             }
             Self::WrongSignsOfJoint { joint, .. } => Facts::about(Subject::Joints(vec![*joint])),
-            Self::Swapped { motors } => Facts::about(Subject::Motors(motors.to_vec())),
-            Self::Gravity { .. } => Facts::default(),
+            Self::Alternative { found, .. } => of_alternative(found),
             Self::ClippedTorque { found } => clipped(found),
             Self::FrozenSignal { found } => {
                 Facts::new(Some(Subject::Motors(found.motors.clone())), found.share, "1")
@@ -234,9 +240,7 @@ impl Note {
             Self::ControllerUnchecked { .. } => Code::ControllerUnchecked,
             Self::PositionBias { bias } if bias.by_filter => Code::FilterBias,
             Self::PositionBias { .. } => Code::NoiseBias,
-            Self::LowPassed { .. } | Self::AllLowPassed { .. } => Code::LowPassed,
             Self::ClippedTorque { .. } => Code::ClippedTorque,
-            Self::PerhapsSwapped { .. } => Code::SwappedMotors,
             Self::FrozenSignal { .. } => Code::FrozenPosition,
             Self::Outliers { .. } => Code::Outliers,
             Self::DownweightedThroughout { .. } => Code::DownweightedThroughout,
@@ -277,14 +281,7 @@ impl Note {
                 let subject = Subject::Parameters(vec![bias.parameter.clone()]);
                 Facts::new(Some(subject), bias.deviations, "σ")
             }
-            Self::LowPassed { motor, time_constant_s, .. } => {
-                Facts::new(Some(Subject::Motors(vec![*motor])), *time_constant_s, "s")
-            }
-            Self::AllLowPassed { time_constant_s } => Facts::new(None, *time_constant_s, "s"),
             Self::ClippedTorque { found } => clipped(found),
-            Self::PerhapsSwapped { motors, remaining_share } => {
-                Facts::new(Some(Subject::Motors(motors.to_vec())), *remaining_share, "1")
-            }
             Self::FrozenSignal { found } => {
                 Facts::new(Some(Subject::Motors(found.motors.clone())), found.share, "1")
             }
@@ -303,6 +300,16 @@ impl Note {
                 Facts::new(Some(Subject::Links(vec![far.link])), far.distance_nats, "1")
             }
         }
+    }
+}
+
+fn of_alternative(found: &Alternative) -> Facts {
+    let motors = found.motors();
+    let subject = (!motors.is_empty()).then_some(Subject::Motors(motors));
+    match found {
+        Alternative::Late { time_s, .. } => Facts::new(subject, *time_s, "s"),
+        Alternative::PositionScale { factor, .. } => Facts::new(subject, *factor, "1"),
+        _ => Facts { subject, ..Facts::default() },
     }
 }
 

@@ -6,6 +6,7 @@ use didim_dynamics::robot::MotorIndex;
 
 use nalgebra::{DMatrix, DVector, DVectorView};
 
+use super::alternatives::FoundAlternatives;
 use super::checks::{Checks, FittedModel, PositionError};
 use super::clipped_signal::ClippedSignal;
 use super::estimate::{
@@ -16,7 +17,6 @@ use super::folds::Folds;
 use super::frozen_signal::FrozenSignal;
 use super::held_out::HeldOut;
 use super::information::Information;
-use super::misassignment::{Misassignment, misassignment};
 use super::outliers::DownweightedRows;
 use super::parameter_covariance::ParameterCovariance;
 use super::physical_consistency::PhysicalConsistency;
@@ -111,7 +111,13 @@ impl Findings<'_> {
         };
         let (held_out, disagreement) =
             HeldOut::new(context, self.motion, &pieces, counted, &solution.parameters, left)?;
+        let rows = observations.matrix().equation_rows();
+        let alternatives = match limits.are_rows_enough(context, rows) {
+            true => FoundAlternatives::find(context),
+            false => FoundAlternatives::default(),
+        };
         let beside = Supplements {
+            alternative: alternatives.parameter_change.as_ref(),
             mean_repeats: pieces.mean_repeats,
             fold_deviations: disagreement.as_ref(),
             other: None,
@@ -162,7 +168,7 @@ impl Findings<'_> {
             method: self.method.name().to_owned(),
             robot: context.robot.name().to_owned(),
             samples: context.experiment.samples(),
-            rows: observations.matrix().equation_rows(),
+            rows,
             reached_per_joint: ReachedRange::from_context(context, self.motion),
             position_cutoff: None,
             friction: None,
@@ -257,14 +263,8 @@ impl Findings<'_> {
             });
         let cut_off = cut_off.into_iter().map(|found| Reason::ClippedTorque { found });
         let stale = stale.into_iter().map(|found| Reason::FrozenSignal { found });
-        let misread = limits
-            .are_rows_enough(context, &estimate)
-            .then(|| misassignment(context, self.motion, &torque.measured_values(), errors));
-        let (misread, perhaps) = match misread.flatten() {
-            Some(Misassignment::For(reason)) => (Some(reason), None),
-            Some(Misassignment::Perhaps(note)) => (None, Some(note)),
-            None => (None, None),
-        };
+        let alternatives = alternatives.alternatives.into_iter();
+        let misread = alternatives.map(|found| Reason::Alternative { found, setting: None });
         let of_signals = stale.chain(misread).chain(cut_off);
         let known = Known {
             context,
@@ -281,9 +281,7 @@ impl Findings<'_> {
         let mut notes = limits.notes(&known, &estimate);
         notes.extend(incomplete_torque(context));
         notes.extend(checks.notes);
-        notes.extend(uncertainty.notes);
         notes.extend(beside_cut_off.into_iter().map(|found| Note::ClippedTorque { found }));
-        notes.extend(perhaps);
         notes.extend(hardly_stale.into_iter().map(|found| Note::FrozenSignal { found }));
         notes.extend(self.downweighted.iter().flat_map(|rows| rows.notes(&time_s)));
         estimate.verdict = Verdict::new(uses, &context.options.required_uses, notes, explanations);

@@ -1,6 +1,7 @@
 //! Assessment of a solution: its uncertainty, its changes under alternative models, and whether it
 //! may be used.
 
+mod alternatives;
 mod bias;
 mod catalogue;
 mod change;
@@ -14,14 +15,11 @@ mod finding;
 mod finding_code;
 mod finding_facts;
 mod findings;
-mod flipped_signal;
 mod folds;
 mod frozen_signal;
 mod held_out;
 mod information;
 mod lagging;
-mod low_passed;
-mod misassignment;
 mod model_uncertainty;
 mod nuisance_parameters;
 mod outliers;
@@ -30,16 +28,15 @@ mod physical_consistency;
 mod quantiles;
 mod reached;
 mod reasons;
-mod refit;
 mod rows;
 mod scaled_rows;
-mod screening_fit;
 mod setting;
 mod uncertainty;
 mod uses;
 mod verdict;
 mod workspace;
 
+pub use alternatives::{Alternative, Lag, Signal};
 pub use bias::PositionBias;
 pub use catalogue::{CATALOGUE, CatalogueRow};
 pub use change::Change;
@@ -55,7 +52,6 @@ pub use extrapolation::Extrapolation;
 pub use finding::{Finding, Subject};
 pub use finding_code::{FindingCode, Severity};
 pub(crate) use findings::{Findings, Iteration, TorqueRows};
-pub use flipped_signal::FlippedSignal;
 pub use frozen_signal::FrozenSignal;
 pub use held_out::HeldOut;
 pub(crate) use held_out::margin_samples;
@@ -67,6 +63,6 @@ pub use parameter_covariance::ParameterCovariance;
 pub use physical_consistency::PhysicalConsistency;
 pub use quantiles::ResidualQuantiles;
 pub use reached::ReachedRange;
-pub use reasons::{ControllerUnchecked, Note, Output, Reason, Slow};
+pub use reasons::{ControllerUnchecked, Note, Output, Reason};
 pub use setting::{Setting, SettingValue};
 pub use uses::{UseVerdict, Uses, Verdict};

@@ -2,15 +2,15 @@
 
 use core::fmt::{self, Display};
 use core::ops::Range;
-use didim_dynamics::robot::{JointIndex, MotorIndex, TorqueTerm};
+use didim_dynamics::robot::{JointIndex, TorqueTerm};
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
+use super::alternatives::{Alternative, Signal};
 use super::bias::PositionBias;
 use super::clipped_signal::ClippedSignal;
 use super::finding::Finding;
 use super::finding_code::{FindingCode, Severity};
-use super::flipped_signal::FlippedSignal;
 use super::frozen_signal::FrozenSignal;
 use super::nuisance_parameters::{NuisanceEstimate, NuisanceParameter};
 use super::setting::Setting;
@@ -52,16 +52,14 @@ pub enum Reason {
     /// Parameters that cannot be negative are negative: their number, and that of all such
     /// parameters.
     WrongSigns { negative: usize, of: usize },
-    /// The residual is far smaller with the signals of these two motors swapped.
-    Swapped { motors: [MotorIndex; 2] },
-    /// The residual is far smaller with gravity from another side \[m/s²\].
-    Gravity { gravity_m_s2: [f64; 3], setting: Option<Setting> },
+    /// Another reading of the signals, or of the arm, fits decisively better.
+    Alternative { found: Alternative, setting: Option<Setting> },
     /// All identifiable quantities of a joint that cannot be negative are negative.
-    /// They are two at least. The signal is the one whose inversion fits better.
+    /// They are two at least. The signal is the one whose inversion fits decisively better.
     WrongSignsOfJoint {
         joint: JointIndex,
         negative: usize,
-        signal: Option<FlippedSignal>,
+        signal: Option<Signal>,
         setting: Option<Setting>,
     },
     /// The torque of a motor never changes. Or it repeatedly stands at its largest value, and the
@@ -126,16 +124,10 @@ pub enum Note {
     ControllerUnchecked { why: ControllerUnchecked },
     /// Position filter and position noise shift a parameter.
     PositionBias { bias: PositionBias },
-    /// A signal of a motor looks low-passed with this time constant \[s\].
-    LowPassed { motor: MotorIndex, slow: Slow, time_constant_s: f64 },
     /// The torque of a motor repeatedly stands at its largest value.
     ClippedTorque { found: ClippedSignal },
-    /// Share of the squares that the model leaves with the signals of these two motors swapped.
-    PerhapsSwapped { motors: [MotorIndex; 2], remaining_share: f64 },
     /// Positions of motors freeze and then jump.
     FrozenSignal { found: FrozenSignal },
-    /// All signals look low-passed with this time constant \[s\].
-    AllLowPassed { time_constant_s: f64 },
     /// Isolated groups of rows were downweighted: the times \[s\] of the first groups, and the
     /// number of further groups.
     Outliers { rows: usize, of: usize, times_s: Vec<Range<f64>>, more: usize },
@@ -175,15 +167,6 @@ pub enum ControllerUnchecked {
     BetweenSamples,
     /// There are too few rows to distinguish it from noise.
     TooFewRows,
-}
-
-/// Which signal of a motor is low-passed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Slow {
-    /// Its torque.
-    Torque,
-    /// Its position.
-    Position,
 }
 
 /// The output of the closed loop whose error a method minimises.
@@ -384,24 +367,8 @@ impl Display for Reason {
                  {name} differs by {deviations:.1} standard deviations; check the described \
                  controller and the model, or identify from the torques (clie, didim)"
             ),
-            Self::Swapped { motors: [one, other] } => write!(
-                f,
-                "the residuals are far smaller with the drives of motors {one} and {other} \
-                    swapped: check which is which"
-            ),
-            Self::Gravity { gravity_m_s2: [x, y, z], setting } => {
-                let check = "check whether the arm is on the floor, a wall or the ceiling";
-                match setting {
-                    Some(_) => write!(
-                        f,
-                        "the residuals are far smaller with another direction of gravity: {check}"
-                    )?,
-                    None => write!(
-                        f,
-                        "the residuals are far smaller with gravity along [{x:.2}, {y:.2}, \
-                        {z:.2}] m/s² in the base: {check}"
-                    )?,
-                }
+            Self::Alternative { found, setting } => {
+                write!(f, "{found}")?;
                 to_follow(f, setting.as_ref())
             }
             Self::WrongSignsOfJoint { joint, negative, setting, .. } => {
@@ -642,41 +609,12 @@ impl Display for Note {
                 "the simulated loop has a bandwidth of {bandwidth_hz:.1} Hz at one joint, lower \
                     than configured: a faster one was unstable at this sample rate"
             ),
-            Self::LowPassed { motor, slow, time_constant_s } => write!(
-                f,
-                "the {} of motor {motor} looks low-passed, with a time constant of about {:.0} \
-                    ms: check {}; the combined uncertainty includes the effect",
-                match slow {
-                    Slow::Torque => "torque",
-                    Slow::Position => "position",
-                },
-                1e3 * time_constant_s,
-                match slow {
-                    Slow::Torque => "the filters of its drive",
-                    Slow::Position =>
-                        "the filters of its drive, and whether the cell's position \
-                        filter is too low",
-                }
-            ),
             Self::ClippedTorque { found } => write!(
                 f,
                 "{}: if the signal is clipped there, the parameters are wrong; {CHECK_THE_RANGE}",
                 Standing(found)
             ),
-            Self::PerhapsSwapped { motors: [one, other], remaining_share } => write!(
-                f,
-                "with the drives of motors {one} and {other} swapped the squared residuals are \
-                    {:.0} % smaller: check which is which",
-                100.0 * (1.0 - remaining_share)
-            ),
             Self::FrozenSignal { found } => write!(f, "{}", Jumping(found)),
-            Self::AllLowPassed { time_constant_s } => write!(
-                f,
-                "all positions and torques look low-passed, with a time constant of some {:.0} ms: \
-                 record them without a filter; what the parameters would be without is in their \
-                 combined uncertainty",
-                1e3 * time_constant_s
-            ),
             Self::PositionNoiseIgnored => {
                 f.write_str("this method does not check the effect of the noise of the positions")
             }

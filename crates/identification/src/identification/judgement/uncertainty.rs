@@ -9,8 +9,8 @@
 //! ```
 //!
 //! The noise is computed from the spectrum of the residuals, or from the disagreement of the folds
-//! if that is larger. If a low-pass explains much of the residual, the resulting shift of the value
-//! is added.
+//! if that is larger. If another reading of the signals fits decisively better, the change of the
+//! value is added.
 //!
 //! If the data contradict the configured value of a nuisance parameter, its μ and P come from the
 //! data alone.
@@ -26,7 +26,6 @@ use super::model_uncertainty::ModelUncertainty;
 use super::nuisance_parameters::{
     NuisanceColumns, NuisanceEstimate, NuisanceObservation, Observed,
 };
-use super::reasons::Note;
 use crate::identification::problem::{IdentificationError, Tolerances};
 use crate::regression::{FurtherColumns as _, JointSolution};
 
@@ -44,13 +43,13 @@ pub(super) struct Uncertainty {
     /// Root mean square of the measured torque of each joint \[N·m or N\].
     pub(super) rms_torque: Vec<f64>,
     pub(super) model: Option<ModelUncertainty>,
-    /// Notes for the user.
-    pub(super) notes: Vec<Note>,
 }
 
 /// Additional information on a result, which the checked equation does not contain.
 #[derive(Clone, Copy)]
 pub(super) struct Supplements<'a> {
+    /// Change of each parameter by an alternative reading that fits decisively better.
+    pub(super) alternative: Option<&'a DVector<f64>>,
     /// Mean number of repetitions of the same motion, which count as one.
     pub(super) mean_repeats: f64,
     /// Standard deviation of each parameter from the disagreement of the folds.
@@ -69,7 +68,7 @@ impl Uncertainty {
     ) -> Result<Self, IdentificationError> {
         let FittedModel { context, motion, observations, analysis, parameters, .. } = *fitted;
         let auxiliary = fitted.auxiliary_columns;
-        let Supplements { mean_repeats: repeats, fold_deviations: disagreement, other } = further;
+        let Supplements { alternative, mean_repeats: repeats, fold_deviations, other } = further;
         let columns = nuisance_columns(fitted);
         // Rows that the M-estimate removed from the equation contain no information on the nuisance
         // parameters either.
@@ -85,12 +84,9 @@ impl Uncertainty {
         let (own, all) = (parameters.len(), solution.covariance.ncols());
         let sensitivity = &products.sensitivity;
         let residuals = observations.residuals(parameters);
-        let residual_rms = observations.rms_per_joint(&residuals);
-        let low_passed = fitted.low_passed(&residuals, &residual_rms);
         let of_motion = floors_of_motion(fitted, columns.torque(), &residuals)?;
         drop(residuals);
-        let by_low_passes =
-            |k: usize| low_passed.iter().map(|of| of.shifted[k].powi(2)).sum::<f64>();
+        let by_alternative = |k: usize| alternative.map_or(0.0, |change| change[k].powi(2));
         let combined_by = |solution: &JointSolution| {
             // If the data contradict a configured value, it does not limit the error of the
             // estimate.
@@ -102,9 +98,9 @@ impl Uncertainty {
             DVector::from_fn(own, |k, _| {
                 let posterior = spread.row(k).dot(&sensitivity.row(k));
                 let bias = bias.map_or(0.0, |bias| bias[k]);
-                let difference = disagreement.map_or(0.0, |of| of[k].powi(2));
+                let difference = fold_deviations.map_or(0.0, |of| of[k].powi(2));
                 let noise = solution.noise[(k, k)].max(difference);
-                (noise + mean_shift[k].powi(2) + posterior + bias * bias + by_low_passes(k))
+                (noise + mean_shift[k].powi(2) + posterior + bias * bias + by_alternative(k))
                     .max(0.0)
                     .sqrt()
             })
@@ -130,14 +126,12 @@ impl Uncertainty {
         });
         let extrapolation = Extrapolation::new(context, motion, &columns, parameters, &solution)?;
         let torque = columns.torque().to_vec();
-        let notes = low_passed.into_iter().map(|of| of.note).collect();
         Ok(Self {
             combined_deviations: combined,
             nuisance_parameters,
             extrapolation,
             rms_torque: torque,
             model,
-            notes,
         })
     }
 }

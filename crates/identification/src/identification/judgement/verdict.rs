@@ -2,8 +2,8 @@
 
 use nalgebra::DVector;
 
+use super::alternatives::{Alternative, Signal};
 use super::estimate::{Estimate, ReferenceSource};
-use super::flipped_signal::FlippedSignal;
 use super::nuisance_parameters::NuisanceEstimate;
 use super::quantiles::ResidualQuantiles;
 use super::reasons::{Note, Reason};
@@ -124,7 +124,7 @@ impl VerdictLimits {
         let (delays, others): (Vec<_>, Vec<_>) =
             estimate.nuisance_parameters.iter().partition(|found| found.is_delay());
         let explanations: Vec<Reason> = (explaining.into_iter())
-            .chain(known.explanations.iter().cloned())
+            .chain(known.explanations.iter().filter(|of| !is_repeated(of, &blocking)).cloned())
             .chain(contradicted(others))
             .collect();
         // A delay belongs to the record, and does not affect predictions.
@@ -177,7 +177,7 @@ impl VerdictLimits {
                 is_turned.then(|| Reason::WrongSignsOfJoint {
                     joint,
                     negative,
-                    signal: FlippedSignal::find(known.context, joint),
+                    signal: opposite_signal(known, joint),
                     setting: None,
                 })
             }));
@@ -186,8 +186,8 @@ impl VerdictLimits {
     }
 
     /// True if there are enough rows.
-    pub(super) fn are_rows_enough(&self, context: &Context<'_>, estimate: &Estimate) -> bool {
-        !exceeds(self.rows_per_parameter, rows_per_parameter(context, estimate))
+    pub(super) fn are_rows_enough(&self, context: &Context<'_>, rows: usize) -> bool {
+        !exceeds(self.rows_per_parameter, rows_per_parameter(context, rows))
     }
 
     /// Judges monitoring by the information of the data in this cell. Model errors do not count,
@@ -215,7 +215,7 @@ impl VerdictLimits {
                 limit,
             }),
         );
-        let per_parameter = rows_per_parameter(known.context, estimate);
+        let per_parameter = rows_per_parameter(known.context, estimate.rows);
         if exceeds(self.rows_per_parameter, per_parameter) {
             failing.push(Reason::FewRows { per_parameter, limit: self.rows_per_parameter });
         }
@@ -451,6 +451,30 @@ fn contradicted<'a>(
     })
 }
 
+/// Returns the signal of a joint whose inversion fits decisively better.
+fn opposite_signal(known: &Known<'_>, joint: JointIndex) -> Option<Signal> {
+    known.explanations.iter().find_map(|reason| match reason {
+        Reason::Alternative { found: Alternative::OppositeSign { motor, signal }, .. }
+            if motor.position() == joint.position() =>
+        {
+            Some(*signal)
+        }
+        _ => None,
+    })
+}
+
+/// Returns true if wrong signs of a joint say the same already.
+fn is_repeated(reason: &Reason, blocking: &[Reason]) -> bool {
+    let Reason::Alternative { found: Alternative::OppositeSign { motor, .. }, .. } = reason else {
+        return false;
+    };
+    blocking.iter().any(|of| match of {
+        Reason::WrongSigns { .. } => true,
+        Reason::WrongSignsOfJoint { joint, .. } => joint.position() == motor.position(),
+        _ => false,
+    })
+}
+
 fn has_wrong_signs(reasons: &[Reason]) -> bool {
     reasons.iter().any(|reason| {
         matches!(reason, Reason::WrongSigns { .. } | Reason::WrongSignsOfJoint { .. })
@@ -506,8 +530,8 @@ fn positive_quantity(context: &Context<'_>, index: usize) -> Option<&'static str
 }
 
 /// Independent rows.
-fn rows_per_parameter(context: &Context<'_>, estimate: &Estimate) -> f64 {
-    context.decimation.cutoff_ratio() * estimate.rows as f64 / estimate.parameters.len() as f64
+fn rows_per_parameter(context: &Context<'_>, rows: usize) -> f64 {
+    context.decimation.cutoff_ratio() * rows as f64 / context.selection.names().len() as f64
 }
 
 /// Returns reasons for joints that do not move in any recording.

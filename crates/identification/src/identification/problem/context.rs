@@ -302,12 +302,6 @@ impl<'a> Context<'a> {
         RowFilter::new(self.samples.len(), passband, |ratio| self.decimation.noise_power(ratio))
     }
 
-    /// Returns the context with another model of the arm.
-    #[must_use]
-    pub(crate) fn with_model(&self, model: Model) -> Self {
-        Self { model, ..self.clone() }
-    }
-
     /// Returns the rate of a joint's rows \[Hz\].
     pub(crate) fn rows_hz(&self) -> f64 {
         self.experiment.sample_rate_hz() / self.decimation.factor() as f64

@@ -3,14 +3,14 @@
 use core::ops::Range;
 use std::borrow::Cow;
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVectorViewMut};
 
 use super::experiment_error::ExperimentError;
-use crate::signal::difference_neighbours;
+use crate::signal::{delay_linear, difference_neighbours};
 use didim_dynamics::MAX_JOINTS;
 use didim_dynamics::SignalTiming;
 use didim_dynamics::Signals;
-use didim_dynamics::robot::{JointIndex, Transmission};
+use didim_dynamics::robot::Transmission;
 
 /// One recording in an experiment.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -151,63 +151,39 @@ impl Experiment {
         }
     }
 
-    /// Returns the experiment with the logs of two motors, counted from 0, swapped.
-    #[must_use]
-    pub(crate) fn with_exchanged_motors(
-        &self,
-        transmission: &Transmission,
-        motors: [usize; 2],
-    ) -> Self {
-        let mut swapped = self.clone();
-        exchange_positions(&mut swapped.position_rad, transmission, motors);
-        if let Some(reference) = &mut swapped.reference_rad {
-            exchange_positions(reference, transmission, motors);
-        }
-        exchange_torques(&mut swapped.torque_nm, transmission, motors);
-        swapped
+    /// Changes the positions, and the torques, of all joints (samples × joints).
+    pub(crate) fn change_signals(
+        &mut self,
+        positions: impl FnOnce(&mut DMatrix<f64>),
+        torques: impl FnOnce(&mut DMatrix<f64>),
+    ) {
+        positions(&mut self.position_rad);
+        torques(&mut self.torque_nm);
     }
 
-    /// Returns the experiment with the opposite torque of a joint.
-    #[must_use]
-    pub(crate) fn with_opposite_torque(&self, joint: JointIndex) -> Self {
-        let mut opposite = self.clone();
-        opposite.torque_nm.column_mut(joint.position()).neg_mut();
-        opposite
-    }
-
-    /// Returns the experiment with the opposite position of a joint.
-    #[must_use]
-    pub(crate) fn with_opposite_position(&self, joint: JointIndex) -> Self {
-        let mut opposite = self.clone();
-        opposite.position_rad.column_mut(joint.position()).neg_mut();
-        if let Some(reference) = &mut opposite.reference_rad {
-            reference.column_mut(joint.position()).neg_mut();
-        }
-        opposite
-    }
-
-    /// Returns the experiment with a first-order low-pass of this time constant \[s\] undone, each
+    /// Undoes a first-order low-pass of this time constant \[s\] in a signal of all samples, each
     /// recording separately.
-    #[must_use]
-    pub(crate) fn before_low_pass(&self, time_constant_s: f64) -> Self {
-        let mut before = self.clone();
-        let of_signal = |signal: &mut DMatrix<f64>| {
-            let logged = signal.clone();
-            for (joint, mut to) in signal.column_iter_mut().enumerate() {
-                for Range { start, end } in self.recordings.iter().map(|of| of.samples.clone()) {
-                    for k in start..end {
-                        let (one, other, rate) =
-                            difference_neighbours(k - start, end - start, self.sample_rate_hz);
-                        let change = logged[(start + other, joint)] - logged[(start + one, joint)];
-                        to[k] += time_constant_s * rate * change;
-                    }
-                }
+    pub(crate) fn undo_low_pass(&self, mut signal: DVectorViewMut<'_, f64>, time_constant_s: f64) {
+        let logged = signal.clone_owned();
+        for Range { start, end } in self.recordings.iter().map(|of| of.samples.clone()) {
+            for k in start..end {
+                let (one, other, rate) =
+                    difference_neighbours(k - start, end - start, self.sample_rate_hz);
+                let change = logged[start + other] - logged[start + one];
+                signal[k] += time_constant_s * rate * change;
             }
-        };
-        of_signal(&mut before.position_rad);
-        of_signal(&mut before.torque_nm);
-        before.reference_rad.iter_mut().for_each(of_signal);
-        before
+        }
+    }
+
+    /// Undoes a delay \[samples\] of a signal of all samples, each recording separately.
+    pub(crate) fn undo_delay(&self, mut signal: DVectorViewMut<'_, f64>, delay: f64) {
+        for Range { start, end } in self.recordings.iter().map(|of| of.samples.clone()) {
+            let mut part = signal.rows_range_mut(start..end);
+            // Signals and delays are finite.
+            if let Ok(earlier) = delay_linear(part.clone_owned().as_slice(), -delay) {
+                part.copy_from_slice(&earlier);
+            }
+        }
     }
 
     /// Sets the times at which a logged torque acts.
@@ -447,35 +423,27 @@ fn check_finite(signal: &'static str, matrix: &DMatrix<f64>) -> Result<(), Exper
     Ok(())
 }
 
-/// Swaps two motors in joint positions, or in speeds and other quantities that transform like
-/// positions (samples × joints).
-pub(crate) fn exchange_positions(
+/// Changes joint positions, or what transforms like them (samples × joints), as those of the
+/// motors.
+pub(crate) fn change_motor_positions(
     positions: &mut DMatrix<f64>,
     transmission: &Transmission,
-    [one, other]: [usize; 2],
+    change: impl FnOnce(&mut DMatrix<f64>),
 ) {
-    map_samples(positions, |joint, to| {
-        let mut motor = [0.0; MAX_JOINTS];
-        let motor = &mut motor[..joint.len()];
-        transmission.motor_position(joint, motor);
-        motor.swap(one, other);
-        transmission.joint_position(motor, to);
-    });
+    map_samples(positions, |joint, motor| transmission.motor_position(joint, motor));
+    change(positions);
+    map_samples(positions, |motor, joint| transmission.joint_position(motor, joint));
 }
 
-/// Swaps the torques of two motors in joint torques (samples × joints).
-pub(crate) fn exchange_torques(
+/// Changes joint torques (samples × joints) as those of the motors.
+pub(crate) fn change_motor_torques(
     torques: &mut DMatrix<f64>,
     transmission: &Transmission,
-    [one, other]: [usize; 2],
+    change: impl FnOnce(&mut DMatrix<f64>),
 ) {
-    map_samples(torques, |joint, to| {
-        let mut motor = [0.0; MAX_JOINTS];
-        let motor = &mut motor[..joint.len()];
-        transmission.motor_torque(joint, motor);
-        motor.swap(one, other);
-        transmission.joint_torque(motor, to);
-    });
+    map_samples(torques, |joint, motor| transmission.motor_torque(joint, motor));
+    change(torques);
+    map_samples(torques, |motor, joint| transmission.joint_torque(motor, joint));
 }
 
 /// Replaces every row by the result of `map`.
@@ -517,7 +485,13 @@ mod tests {
             Experiment::join(&[recording.clone(), recording]).unwrap()
         };
         let logged = experiment(passed.atan(), 1.0 / passed.hypot(1.0));
-        let (found, before) = (logged.before_low_pass(time_constant_s), experiment(0.0, 1.0));
+        let (mut found, before) = (logged.clone(), experiment(0.0, 1.0));
+        let undo = |signal: &mut DMatrix<f64>| {
+            for axis in signal.column_iter_mut() {
+                logged.undo_low_pass(axis, time_constant_s);
+            }
+        };
+        found.change_signals(undo, undo);
         let difference = |one: &DMatrix<f64>, other: &DMatrix<f64>| {
             let inside = (one - other).remove_rows_at(&[0, 399, 400, 799]);
             inside.amax()

@@ -1,0 +1,217 @@
+//! Alternative readings of the signals and of the arm.
+
+use didim_dynamics::robot::{MotorIndex, Transmission};
+use nalgebra::DMatrix;
+
+use crate::identification::problem::{Experiment, change_motor_positions, change_motor_torques};
+
+/// Signal of a motor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Signal {
+    /// Its torque.
+    Torque,
+    /// Its position.
+    Position,
+    /// Both.
+    Both,
+}
+
+impl Signal {
+    /// Returns true if this signal is, or includes, another one.
+    fn includes(self, other: Self) -> bool {
+        self == other || self == Self::Both
+    }
+}
+
+/// Cause of a late signal.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Lag {
+    /// A first-order low-pass with this time constant.
+    LowPass,
+    /// A delay.
+    Delay,
+}
+
+/// Another reading of the signals, or of the arm, than the configured one.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Alternative {
+    /// A signal of a motor has the opposite sign.
+    OppositeSign {
+        /// The motor.
+        motor: MotorIndex,
+        /// The signal.
+        signal: Signal,
+    },
+    /// The signals of two motors are swapped.
+    Swapped {
+        /// The motors.
+        motors: [MotorIndex; 2],
+        /// The signal.
+        signal: Signal,
+    },
+    /// A signal is late.
+    Late {
+        /// The motor; `None` for all motors.
+        motor: Option<MotorIndex>,
+        /// The signal.
+        signal: Signal,
+        /// The cause.
+        lag: Lag,
+        /// Time constant or delay \[s\].
+        time_s: f64,
+    },
+    /// The position of a motor has another scale.
+    PositionScale {
+        /// The motor.
+        motor: MotorIndex,
+        /// Factor by which the position has to be multiplied \[1\].
+        factor: f64,
+    },
+    /// Gravity acts along another axis of the base.
+    Gravity {
+        /// The gravity \[m/s²\].
+        gravity_m_s2: [f64; 3],
+    },
+}
+
+impl Alternative {
+    /// Returns the motors whose signals change; empty for all of them, and for gravity.
+    pub fn motors(&self) -> Vec<MotorIndex> {
+        match self {
+            Self::OppositeSign { motor, .. } | Self::PositionScale { motor, .. } => vec![*motor],
+            Self::Swapped { motors, .. } => motors.to_vec(),
+            Self::Late { motor, .. } => motor.iter().copied().collect(),
+            Self::Gravity { .. } => Vec::new(),
+        }
+    }
+
+    /// Returns true for readings that data often cannot distinguish. The better of the two
+    /// represents both.
+    pub(super) fn is_related(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::OppositeSign { motor, .. }, Self::OppositeSign { motor: of_other, .. })
+            | (Self::PositionScale { motor, .. }, Self::PositionScale { motor: of_other, .. }) => {
+                motor == of_other
+            }
+            (Self::Swapped { motors, .. }, Self::Swapped { motors: of_other, .. }) => {
+                motors == of_other
+            }
+            (
+                Self::Late { motor, signal, .. },
+                Self::Late { motor: of_other, signal: other, .. },
+            ) => {
+                let overlap = motor == of_other || motor.is_none() || of_other.is_none();
+                overlap && signal == other
+            }
+            (Self::Gravity { .. }, Self::Gravity { .. }) => true,
+            _ => false,
+        }
+    }
+
+    /// Returns the number that the data choose, if there is one.
+    pub(super) fn constant(&self) -> Option<f64> {
+        match self {
+            Self::Late { time_s, .. } => Some(*time_s),
+            Self::PositionScale { factor, .. } => Some(*factor),
+            _ => None,
+        }
+    }
+
+    /// Returns the same reading with another number.
+    pub(super) fn with_constant(&self, value: f64) -> Self {
+        let mut changed = self.clone();
+        match &mut changed {
+            Self::Late { time_s: own, .. } | Self::PositionScale { factor: own, .. } => {
+                *own = value;
+            }
+            _ => {}
+        }
+        changed
+    }
+
+    /// Corrects the positions of the motors, or what transforms like them (samples × motors), as
+    /// far as no other sample takes part.
+    pub(super) fn correct_positions(&self, motors: &mut DMatrix<f64>) {
+        if let Self::PositionScale { motor, factor } = self {
+            motors.column_mut(motor.position()).scale_mut(*factor);
+        }
+        self.correct(Signal::Position, motors);
+    }
+
+    /// Corrects the torques of the motors (samples × motors), as far as no other sample takes part.
+    pub(super) fn correct_torques(&self, motors: &mut DMatrix<f64>) {
+        self.correct(Signal::Torque, motors);
+    }
+
+    fn correct(&self, of: Signal, motors: &mut DMatrix<f64>) {
+        match self {
+            Self::OppositeSign { motor, signal } if signal.includes(of) => {
+                motors.column_mut(motor.position()).neg_mut();
+            }
+            Self::Swapped { motors: [one, other], signal } if signal.includes(of) => {
+                motors.swap_columns(one.position(), other.position());
+            }
+            _ => {}
+        }
+    }
+
+    /// Returns the reading with the same positions that leaves the torques as they are. `None` if
+    /// it keeps the positions: a lag of positions alone is compared as one of the torques.
+    pub(super) fn of_positions(&self) -> Option<Self> {
+        let mut of_positions = self.clone();
+        match &mut of_positions {
+            Self::OppositeSign { signal, .. } | Self::Swapped { signal, .. } => {
+                if *signal == Signal::Torque {
+                    return None;
+                }
+                *signal = Signal::Position;
+            }
+            Self::Late { signal: Signal::Both, .. } | Self::PositionScale { .. } => {}
+            Self::Late { .. } | Self::Gravity { .. } => return None,
+        }
+        Some(of_positions)
+    }
+
+    /// Returns the motors whose signal `of` is late, out of `count`.
+    pub(super) fn late_motors(&self, of: Signal, count: usize) -> Vec<usize> {
+        match self {
+            Self::Late { motor, signal, .. } if signal.includes(of) => {
+                motor.map_or_else(|| (0..count).collect(), |motor| vec![motor.position()])
+            }
+            _ => Vec::new(),
+        }
+    }
+
+    /// Returns the experiment with these signals corrected.
+    pub(super) fn corrected(&self, logged: &Experiment, transmission: &Transmission) -> Experiment {
+        let mut corrected = logged.clone();
+        let count = logged.joints();
+        let rate_hz = logged.sample_rate_hz();
+        let undo = |motors: &mut DMatrix<f64>, of: Signal| {
+            let Self::Late { lag, time_s, .. } = self else { return };
+            for motor in self.late_motors(of, count) {
+                match lag {
+                    Lag::LowPass => logged.undo_low_pass(motors.column_mut(motor), *time_s),
+                    Lag::Delay => {
+                        logged.undo_delay(motors.column_mut(motor), time_s * rate_hz);
+                    }
+                }
+            }
+        };
+        corrected.change_signals(
+            |positions| {
+                change_motor_positions(positions, transmission, |motors| {
+                    self.correct_positions(motors);
+                    undo(motors, Signal::Position);
+                });
+            },
+            |torques| {
+                change_motor_torques(torques, transmission, |motors| {
+                    self.correct_torques(motors);
+                    undo(motors, Signal::Torque);
+                });
+            },
+        );
+        corrected
+    }
+}

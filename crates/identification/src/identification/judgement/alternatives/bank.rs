@@ -1,0 +1,100 @@
+//! List of the alternatives that are compared.
+
+use didim_dynamics::robot::MotorIndex;
+
+use super::alternative::{Alternative, Lag, Signal};
+use crate::identification::problem::Context;
+
+/// Smallest range of a motor whose signals can be tested \[rad or m\]. The signals of a motor at
+/// rest fit with any sign.
+const MIN_RANGE: f64 = 0.01;
+
+/// Longest lag of a signal \[s\]. A lag of a quarter of a second is longer than any that a drive or
+/// a logger was reported to have.
+const LONGEST_LAG_S: f64 = 0.25;
+
+/// Shortest lag that is tried, as a share of the time between rows. The nuisance parameters cover
+/// shorter ones.
+const SHORTEST_LAG: f64 = 0.25;
+
+/// Ratio of successive lags. The best one is refined afterwards.
+const LAG_STEP: f64 = 2.0;
+
+/// Factors of positions that are tried. Gear ratios and counts that are wrong by more also violate
+/// the limits of the joints.
+const SCALES: [f64; 4] = [0.75, 0.9, 1.1, 1.3];
+
+/// Alternatives with the same meaning, and the numbers that are tried.
+pub(super) struct Group {
+    pub(super) alternative: Alternative,
+    /// Numbers in ascending order; empty without one.
+    pub(super) constants: Vec<f64>,
+}
+
+/// Returns the alternatives for an arm. `ranges` are those of the motors \[rad or m\].
+pub(super) fn bank(context: &Context<'_>, ranges: &[f64]) -> Vec<Group> {
+    let is_tested = |motor: &usize| ranges[*motor] > MIN_RANGE && context.has_motor_torque(*motor);
+    let motors: Vec<MotorIndex> =
+        (0..ranges.len()).filter(is_tested).map(MotorIndex::new).collect();
+    let mut groups = Vec::new();
+    let mut add = |alternative, constants: &[f64]| {
+        groups.push(Group { alternative, constants: constants.to_vec() })
+    };
+    let signals = [Signal::Torque, Signal::Position, Signal::Both];
+    // Alternatives with the same positions follow each other.
+    for (k, motor) in motors.iter().enumerate() {
+        for signal in signals {
+            add(Alternative::OppositeSign { motor: *motor, signal }, &[]);
+        }
+        for other in &motors[..k] {
+            for signal in signals {
+                add(Alternative::Swapped { motors: [*other, *motor], signal }, &[]);
+            }
+        }
+    }
+    let lags = lag_times(context);
+    for signal in [Signal::Torque, Signal::Position] {
+        for motor in core::iter::once(None).chain(motors.iter().copied().map(Some)) {
+            for lag in [Lag::LowPass, Lag::Delay] {
+                add(Alternative::Late { motor, signal, lag, time_s: 0.0 }, &lags);
+            }
+        }
+    }
+    // The same delay of all signals changes nothing.
+    let (motor, signal, lag) = (None, Signal::Both, Lag::LowPass);
+    add(Alternative::Late { motor, signal, lag, time_s: 0.0 }, &lags);
+    for motor in &motors {
+        add(Alternative::PositionScale { motor: *motor, factor: 1.0 }, &SCALES);
+    }
+    for gravity_m_s2 in other_directions(context.robot.gravity_m_s2()) {
+        add(Alternative::Gravity { gravity_m_s2 }, &[]);
+    }
+    groups
+}
+
+/// Returns the lags that are tried \[s\].
+fn lag_times(context: &Context<'_>) -> Vec<f64> {
+    let shortest_s = SHORTEST_LAG / context.rows_hz();
+    let longer = |before: &f64| Some(before * LAG_STEP);
+    core::iter::successors(Some(shortest_s), longer).take_while(|of| *of <= LONGEST_LAG_S).collect()
+}
+
+/// Returns gravity of the same size along every axis of the base, in both senses, except the
+/// configured direction.
+fn other_directions(configured: [f64; 3]) -> impl Iterator<Item = [f64; 3]> {
+    let size = configured.iter().map(|own| own * own).sum::<f64>().sqrt();
+    let all = (0..3).flat_map(move |axis| [along(axis, size), along(axis, -size)]);
+    // A nearly equal direction is no other direction.
+    all.filter(move |other| cosine(configured, *other) < 0.9)
+}
+
+/// Returns a vector along an axis.
+fn along(axis: usize, size: f64) -> [f64; 3] {
+    core::array::from_fn(|k| if k == axis { size } else { 0.0 })
+}
+
+/// Returns the cosine of the angle between two vectors.
+fn cosine(one: [f64; 3], other: [f64; 3]) -> f64 {
+    let with = |a: [f64; 3], b: [f64; 3]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    with(one, other) / (with(one, one) * with(other, other)).sqrt()
+}

@@ -1,0 +1,292 @@
+//! Comparison of alternative readings of the signals and of the arm.
+//!
+//! Each alternative corrects the signals, or replaces the model, and is fitted like the configured
+//! reading. Alternatives compete with each other by the logarithm of their likelihood ratio against
+//! the configured reading, with Schwarz's penalty for numbers that the data choose (*Ann. Statist.*
+//! 6, 1978) and one for the number of alternatives m (generalised likelihood ratio: Willsky and
+//! Jones, *IEEE TAC* 21, 1976):
+//!
+//! ```text
+//! ΔL = Σ_j N_j ln(e_j / e'_j) − (k/2) ln Σ_j N_j − ln m
+//! ```
+//!
+//! e are the relative errors of the joints, N the independent rows by the autocorrelation of the
+//! residuals of the alternative: those of a grossly wrong reading would hide it.
+
+mod alternative;
+mod bank;
+mod refit;
+mod screen;
+mod wording;
+
+pub use alternative::{Alternative, Lag, Signal};
+
+use nalgebra::DVector;
+
+use self::bank::{Group, bank};
+use self::refit::{INSPECTED, JointResidual, Refit};
+use self::screen::Screen;
+use crate::identification::problem::{Context, Experiment};
+use didim_dynamics::dynamics::Model;
+
+/// Smallest ΔL of an alternative that is named, and smallest distance from the next one that is
+/// unrelated \[nat\]: odds of 22,000 to 1. Residuals are coloured, and models never exact.
+const DECISIVE: f64 = 10.0;
+
+/// Largest share of the residual power of one joint that a named alternative leaves.
+const LEAVES: f64 = 0.5;
+
+/// Smallest reduction of that joint's residual, as a share of its torque. Smaller errors matter to
+/// no use. Healthy recordings of real arms reach 2 %.
+const MATTERS: f64 = 0.03;
+
+/// The same two limits for the screening, whose rows are few and not filtered.
+const MAY_LEAVE: f64 = 0.7;
+const MAY_MATTER: f64 = 0.02;
+
+/// Largest number of alternatives that are fitted after the screening.
+const FINALISTS: usize = 5;
+
+/// Largest number of wrong readings that are found at once.
+const MOST_AT_ONCE: usize = 3;
+
+/// Steps of the golden-section search for the number of an alternative. They narrow an interval to
+/// 1 % of its length.
+const REFINING_STEPS: usize = 10;
+
+/// Alternatives that fit decisively better.
+#[derive(Default)]
+pub(super) struct FoundAlternatives {
+    /// The most decisive first. Each is found with the ones before it applied.
+    pub(super) alternatives: Vec<Alternative>,
+    /// Change of the parameters with all of them; `None` if the model is another one.
+    pub(super) parameter_change: Option<DVector<f64>>,
+}
+
+impl FoundAlternatives {
+    /// Compares the alternatives on the first samples of an experiment. Most of the residual of
+    /// rows that are not filtered is noise, so nothing is found there.
+    pub(super) fn find(context: &Context<'_>) -> Self {
+        if context.decimation.is_none() {
+            return Self::default();
+        }
+        let logged = context.experiment.first_samples(INSPECTED);
+        // A reading that cannot be fitted has no residual to explain.
+        let Ok(configured) = Refit::new(context, &logged, &context.model) else {
+            return Self::default();
+        };
+        let mut found = Self::default();
+        explain(&configured, &logged, &mut found);
+        if let Some(last) = &mut found.parameter_change {
+            *last -= &configured.parameters;
+        }
+        found
+    }
+}
+
+/// Adds the best alternative, and those that are found with it applied.
+fn explain(refit: &Refit<'_>, logged: &Experiment, found: &mut FoundAlternatives) {
+    let Some(alternative) = best(refit, logged) else { return };
+    let transmission = refit.context.robot.transmission();
+    let corrected = alternative.corrected(logged, transmission);
+    let model = model_of(&alternative, &refit.context.model);
+    let is_same_model = !matches!(alternative, Alternative::Gravity { .. });
+    let is_first = found.alternatives.is_empty();
+    found.alternatives.push(alternative);
+    let Ok(better) = Refit::new(&refit.context, &corrected, &model) else {
+        found.parameter_change = None;
+        return;
+    };
+    let is_comparable = is_same_model && (is_first || found.parameter_change.is_some());
+    found.parameter_change = is_comparable.then(|| better.parameters.clone());
+    if found.alternatives.len() < MOST_AT_ONCE {
+        explain(&better, &corrected, found);
+    }
+}
+
+fn model_of(alternative: &Alternative, configured: &Model) -> Model {
+    match alternative {
+        Alternative::Gravity { gravity_m_s2 } => configured.clone().with_gravity(*gravity_m_s2),
+        _ => configured.clone(),
+    }
+}
+
+/// Alternative with its evidence.
+struct Candidate {
+    alternative: Alternative,
+    evidence: f64,
+    is_named: bool,
+}
+
+/// Returns the alternative that fits decisively better than the configured reading and than every
+/// unrelated alternative.
+fn best(refit: &Refit<'_>, logged: &Experiment) -> Option<Alternative> {
+    let torques = DivisorTorques::new(refit);
+    let may_matter = |(joint, residual): (usize, &Option<JointResidual>)| {
+        residual.is_some_and(|of| of.relative_error * torques.share(joint, of.torque) >= MATTERS)
+    };
+    if !refit.joints.iter().enumerate().any(may_matter) {
+        return None;
+    }
+    let mut screen = Screen::new(refit)?;
+    let groups = bank(&refit.context, &screen.ranges());
+    let count = groups.iter().map(|of| of.constants.len().max(1)).sum::<usize>();
+    let finalists = finalists(&mut screen, &groups, &torques)?;
+    let mut candidates: Vec<Candidate> = finalists
+        .into_iter()
+        .filter_map(|finalist| finalist.judge(refit, logged, &torques, count))
+        .collect();
+    candidates.sort_by(|one, other| other.evidence.total_cmp(&one.evidence));
+    let first = candidates.first()?;
+    let next = candidates.iter().skip(1).find(|of| !of.alternative.is_related(&first.alternative));
+    let is_ahead = next.is_none_or(|next| first.evidence >= next.evidence + DECISIVE);
+    (first.is_named && is_ahead).then(|| first.alternative.clone())
+}
+
+/// Alternative that passed the screening.
+struct Finalist {
+    alternative: Alternative,
+    /// Σ_j ln(e_j / e'_j) at the picked rows.
+    gain: f64,
+    is_inside: bool,
+    /// Squared relative residual of each joint at the picked rows, before and after.
+    squares: [Vec<f64>; 2],
+}
+
+/// Returns the best alternatives of the screening, related ones once.
+fn finalists(
+    screen: &mut Screen<'_, '_>,
+    groups: &[Group],
+    torques: &DivisorTorques,
+) -> Option<Vec<Finalist>> {
+    let before = screen.configured()?;
+    let gain = |after: &[f64]| {
+        let ratios = before.iter().zip(after).filter(|(before, _)| **before > 0.0);
+        ratios.map(|(before, after)| 0.5 * (before / after.max(f64::MIN_POSITIVE)).ln()).sum()
+    };
+    let mut screened: Vec<Finalist> = Vec::new();
+    for Group { alternative, constants } in groups {
+        let mut score = |constant: f64| -> Option<(f64, Vec<f64>)> {
+            let after = screen.with(&alternative.with_constant(constant))?;
+            Some((gain(&after), after))
+        };
+        let tried = match constants.is_empty() {
+            true => vec![0.0],
+            false => constants.clone(),
+        };
+        let scores: Vec<Option<(f64, Vec<f64>)>> = tried.iter().map(|of| score(*of)).collect();
+        let value = |k: usize| scores[k].as_ref().map_or(f64::NEG_INFINITY, |of| of.0);
+        let best = (0..tried.len()).max_by(|&a, &b| value(a).total_cmp(&value(b)))?;
+        let Some((_, after)) = &scores[best] else { continue };
+        if !torques.passes([&before, after], MAY_LEAVE, MAY_MATTER) {
+            continue;
+        }
+        let (mut constant, mut after) = (tried[best], after.clone());
+        let is_inside = constants.is_empty() || (best > 0 && best + 1 < constants.len());
+        if let [low, _, high] = constants.get(best.wrapping_sub(1)..=best + 1).unwrap_or(&[]) {
+            constant = refined([*low, *high], |of| score(of).map_or(f64::NEG_INFINITY, |of| of.0));
+            after = score(constant).map_or(after, |of| of.1);
+        }
+        let (alternative, gain) = (alternative.with_constant(constant), gain(&after));
+        screened.push(Finalist { alternative, gain, is_inside, squares: [before.clone(), after] });
+    }
+    screened.sort_by(|one, other| other.gain.total_cmp(&one.gain));
+    let mut finalists: Vec<Finalist> = Vec::new();
+    for candidate in screened {
+        if !finalists.iter().any(|of| of.alternative.is_related(&candidate.alternative)) {
+            finalists.push(candidate);
+        }
+    }
+    finalists.truncate(FINALISTS);
+    Some(finalists)
+}
+
+/// Returns the place of the maximum in an interval, by golden-section search of the logarithm.
+fn refined([low, high]: [f64; 2], mut score: impl FnMut(f64) -> f64) -> f64 {
+    const SHARE: f64 = 0.618_033_988_749_894_9;
+    let (mut low, mut high) = (low.ln(), high.ln());
+    for _ in 0..REFINING_STEPS {
+        let (first, second) = (high - SHARE * (high - low), low + SHARE * (high - low));
+        if score(first.exp()) > score(second.exp()) {
+            high = second;
+        } else {
+            low = first;
+        }
+    }
+    (0.5 * (low + high)).exp()
+}
+
+impl Finalist {
+    /// Fits the alternative, and compares it with the configured reading.
+    fn judge(
+        self,
+        refit: &Refit<'_>,
+        logged: &Experiment,
+        torques: &DivisorTorques,
+        count: usize,
+    ) -> Option<Candidate> {
+        let Self { alternative, is_inside, squares: [before, after], .. } = self;
+        let corrected = alternative.corrected(logged, refit.context.robot.transmission());
+        let model = model_of(&alternative, &refit.context.model);
+        let rows = |of: &Refit<'_>| -> Vec<f64> {
+            of.joints.iter().map(|of| of.map_or(0.0, |of| of.effective_rows)).collect()
+        };
+        let (rows, squares) = match Refit::new(&refit.context, &corrected, &model) {
+            Ok(better) => (rows(&better), [relative_squares(refit), relative_squares(&better)]),
+            // Another gravity may make parameters unidentifiable, which the screening permits.
+            Err(_) => (rows(refit), [before, after]),
+        };
+        let [before, after] = &squares;
+        let of_joint = |joint: usize| match before[joint] > 0.0 && after[joint] > 0.0 {
+            true => 0.5 * rows[joint] * (before[joint] / after[joint]).ln(),
+            false => 0.0,
+        };
+        let gain: f64 = (0..rows.len()).map(of_joint).sum();
+        let all_rows: f64 = rows.iter().sum();
+        let choice = if alternative.constant().is_some() { 0.5 * all_rows.ln() } else { 0.0 };
+        let evidence = gain - choice - (count as f64).ln();
+        let is_named =
+            is_inside && evidence > DECISIVE && torques.passes([before, after], LEAVES, MATTERS);
+        evidence.is_finite().then_some(Candidate { alternative, evidence, is_named })
+    }
+}
+
+fn relative_squares(refit: &Refit<'_>) -> Vec<f64> {
+    refit.joints.iter().map(|of| of.map_or(0.0, |of| of.relative_error.powi(2))).collect()
+}
+
+/// Torques of the joints, and those by which their errors are divided.
+struct DivisorTorques {
+    /// Torque of each joint, and its divisor \[N·m or N\].
+    joints: Vec<[f64; 2]>,
+}
+
+impl DivisorTorques {
+    fn new(refit: &Refit<'_>) -> Self {
+        let chain = refit.context.robot.chain();
+        let floor = refit.context.options.limits.torque_floor;
+        let torque = |joint: usize| refit.joints[joint].map_or(0.0, |of| of.torque);
+        let joints = (0..chain.len()).map(|joint| {
+            let of_kind = (0..chain.len()).filter(|of| chain[*of].kind == chain[joint].kind);
+            let largest = of_kind.map(torque).fold(0.0, f64::max);
+            [torque(joint), torque(joint).max(floor * largest)]
+        });
+        Self { joints: joints.collect() }
+    }
+
+    /// Returns a torque of a joint as a share of its divisor.
+    fn share(&self, joint: usize, torque: f64) -> f64 {
+        let [_, divisor] = self.joints[joint];
+        if divisor > 0.0 { torque / divisor } else { 0.0 }
+    }
+
+    /// Returns true if a joint keeps at most this share of its residual power, and its residual
+    /// falls by at least this share of its torque.
+    fn passes(&self, [before, after]: [&[f64]; 2], leaves: f64, matters: f64) -> bool {
+        let joints = before.iter().zip(after).enumerate();
+        joints.into_iter().any(|(joint, (before, after))| {
+            let share = self.share(joint, self.joints[joint][0]);
+            *after <= leaves * before && (before.sqrt() - after.sqrt()) * share >= matters
+        })
+    }
+}

@@ -1,0 +1,73 @@
+//! Least-squares solution with other signals, or for another arm.
+
+use nalgebra::DVector;
+
+use crate::identification::observation::{
+    Motion, filtered_motion, filtered_torque, fitted_matrix, torque_equation,
+};
+use crate::identification::problem::{Context, Experiment, IdentificationError, Method};
+use crate::regression::ResidualAnalysis;
+use didim_dynamics::dynamics::Model;
+
+/// Number of samples used. Wrong readings are present from the first sample on.
+pub(super) const INSPECTED: usize = 1 << 14;
+
+/// Residual of a joint.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct JointResidual {
+    /// Root mean square of the residual, relative to that of the torque.
+    pub(super) relative_error: f64,
+    /// Root mean square of the torque \[N·m or N\].
+    pub(super) torque: f64,
+    /// Number of independent rows, by the autocorrelation of the residual.
+    pub(super) effective_rows: f64,
+}
+
+/// Least-squares solution with other signals.
+pub(super) struct Refit<'a> {
+    pub(super) context: Context<'a>,
+    /// Filtered motion of all samples.
+    pub(super) motion: Motion,
+    /// Filtered torques (r).
+    pub(super) torque: DVector<f64>,
+    /// θ.
+    pub(super) parameters: DVector<f64>,
+    /// Residual of each joint; `None` if its torque is not recorded.
+    pub(super) joints: Vec<Option<JointResidual>>,
+}
+
+impl<'a> Refit<'a> {
+    /// Solves with other signals, for an arm with this model.
+    pub(super) fn new(
+        context: &Context<'a>,
+        experiment: &'a Experiment,
+        model: &Model,
+    ) -> Result<Self, IdentificationError> {
+        let Context { robot, base, options, .. } = *context;
+        let mut context = Context::new(robot, base, experiment, options, Method::IdimLs)?;
+        // Load-dependent friction keeps the same loads.
+        context.model = model.clone();
+        let motion = filtered_motion(robot, experiment, &options.position_filter)?;
+        let matrix = fitted_matrix(&context, &motion)?;
+        let torque = filtered_torque(&context)?;
+        let equation = torque_equation(&context, matrix, torque.clone(), &motion)?;
+        let ordinary = equation.solve_ordinary().map_err(IdentificationError::Regression)?;
+        let levels = equation.noise_levels(&ordinary.residuals);
+        let solution = equation.solve_weighted(&levels).map_err(IdentificationError::Regression)?;
+        let errors = equation.residual_statistics(&solution.residuals).relative_error_per_joint;
+        let filter = context.row_filter();
+        let analysis = ResidualAnalysis::new(&equation, &solution, &filter);
+        let effective_rows = analysis.spectrum().effective_rows_per_joint();
+        let torques = equation.rms_per_joint(&torque);
+        let residual = |joint: usize| {
+            context.has_torque(joint).then(|| JointResidual {
+                relative_error: errors[joint],
+                torque: torques[joint],
+                effective_rows: effective_rows[joint],
+            })
+        };
+        let joints = (0..robot.joints()).map(residual).collect();
+        let parameters = solution.parameters;
+        Ok(Self { context, motion, torque, parameters, joints })
+    }
+}
