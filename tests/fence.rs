@@ -46,6 +46,7 @@ const PACKAGES: [(&str, &[&str]); 2] = [
     (
         "crates/identification",
         &[
+            "base64",
             "didim-dynamics",
             "nalgebra",
             "rand_chacha",

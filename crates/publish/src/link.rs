@@ -90,6 +90,8 @@ impl BrokerAddress {
 
 #[cfg(feature = "tls")]
 fn tls_transport(ca: &str) -> Transport {
+    // Fails if a provider is installed already, as for an earlier cabinet.
+    let _ = rustls::crypto::ring::default_provider().install_default();
     Transport::tls(ca.as_bytes().to_vec(), None, None)
 }
 

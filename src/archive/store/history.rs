@@ -7,13 +7,16 @@ mod days;
 mod file;
 mod follow;
 mod line;
+mod scan;
 mod segments;
+mod summary;
 
 pub(super) use day::day_rows;
-pub use day::{AlarmCheckpoint, AlarmState, DaySummary, MeanPart, WeightedMean};
+pub use day::{MeanPart, WeightedMean};
 pub use file::{HistoryError, for_each_day, for_each_line, read_history};
 pub use follow::{HistoryFollower, HistoryMark};
 pub use line::{HISTORY_SCHEMA, HistoryLine, ParameterValue};
+pub use summary::{AlarmCheckpoint, AlarmState, DaySummary};
 
 pub(super) use file::{HistoryFile, is_history_file};
 

@@ -71,7 +71,7 @@ fn one_object_with_the_promised_keys() {
     ] {
         assert!(output.get(key).is_some(), "no {key} in {output}");
     }
-    assert_eq!(output["schema"], 1);
+    assert_eq!(output["schema"], 2);
     assert_eq!((&output["method"], &output["robot"]), (&"idim-ls".into(), &"tx40".into()));
     assert_eq!((&output["samples"], &output["iterations"]), (&39_700.into(), &1.into()));
     assert_eq!(output["simulations"], 0);

@@ -4,8 +4,8 @@ use std::fs::{File, OpenOptions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use super::file::scan;
 use super::line::HistoryLine;
+use super::scan::scan;
 use crate::archive::store::error::{StoreError, io_error, write};
 
 pub(super) const FILE_NAME: &str = "history-days.jsonl";

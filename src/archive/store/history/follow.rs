@@ -7,8 +7,9 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::file::{FILE_NAME, HistoryError, MAX_LINE, open_parts, parse_line};
+use super::file::{FILE_NAME, HistoryError, open_parts};
 use super::line::HistoryLine;
+use super::scan::{MAX_LINE, parse_line};
 use super::segments::open_segment;
 use crate::archive::store::timestamp::Timestamp;
 

@@ -6,7 +6,7 @@ use didim_formats::RecordingStart;
 use didim_identification::identification::{Estimate, Use};
 use serde::{Deserialize, Deserializer, Serialize};
 
-use super::day::DaySummary;
+use super::summary::DaySummary;
 use crate::archive::store::against::ModelDifference;
 use crate::archive::store::load::FoundLoad;
 use crate::archive::store::record::{Attachments, ResultRecord};

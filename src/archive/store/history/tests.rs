@@ -258,7 +258,7 @@ fn days_that_a_killed_process_has_written_halfway_are_written_again() {
     let rows = {
         let mut lines = Vec::new();
         let segment = segments::open_segment(folder.path(), 3).unwrap();
-        file::scan(segment, |_, line| lines.extend(line)).unwrap();
+        scan::scan(segment, |_, line| lines.extend(line)).unwrap();
         day_rows(&lines, 3)
             .iter()
             .map(|row| serde_json::to_string(row).unwrap())

@@ -458,7 +458,6 @@ pub(super) const PAGES: &[CommandPage] = &[
                 "didim bundle arm.tar.zst --result 12 --recording result-00000012.mcap",
                 "a result with its recording",
             ],
-            ["didim replay arm.tar.zst", "the same result, on another machine"],
         ],
         &[STATE_FILES, RUNTIME_FILES],
         &["didim-replay(1)", "didim-history(1)", "didim-status(1)"],

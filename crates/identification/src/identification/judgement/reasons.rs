@@ -55,7 +55,7 @@ pub enum Reason {
     /// Another reading of the signals, or of the arm, fits decisively better.
     Alternative { found: Alternative, setting: Option<Setting> },
     /// All identifiable quantities of a joint that cannot be negative are negative.
-    /// They are two at least. The signal is the one whose inversion fits decisively better.
+    /// They are two at least. The signal is the one whose inversion fits better.
     WrongSignsOfJoint {
         joint: JointIndex,
         negative: usize,

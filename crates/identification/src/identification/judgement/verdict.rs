@@ -2,7 +2,7 @@
 
 use nalgebra::DVector;
 
-use super::alternatives::{Alternative, Signal};
+use super::alternatives::{Alternative, better_sign};
 use super::estimate::{Estimate, ReferenceSource};
 use super::nuisance_parameters::NuisanceEstimate;
 use super::quantiles::ResidualQuantiles;
@@ -177,7 +177,7 @@ impl VerdictLimits {
                 is_turned.then(|| Reason::WrongSignsOfJoint {
                     joint,
                     negative,
-                    signal: opposite_signal(known, joint),
+                    signal: better_sign(known.context, joint),
                     setting: None,
                 })
             }));
@@ -448,18 +448,6 @@ fn contradicted<'a>(
             * quantity.configured.hypot(quantity.standard_deviation);
         (found.relative_torque >= DUST && quantity.value.abs() > least)
             .then(|| Reason::Contradicted { nuisance: found.clone(), setting: None })
-    })
-}
-
-/// Returns the signal of a joint whose inversion fits decisively better.
-fn opposite_signal(known: &Known<'_>, joint: JointIndex) -> Option<Signal> {
-    known.explanations.iter().find_map(|reason| match reason {
-        Reason::Alternative { found: Alternative::OppositeSign { motor, signal }, .. }
-            if motor.position() == joint.position() =>
-        {
-            Some(*signal)
-        }
-        _ => None,
     })
 }
 

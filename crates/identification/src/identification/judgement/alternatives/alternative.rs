@@ -108,6 +108,11 @@ impl Alternative {
         }
     }
 
+    /// Returns true for a lag of all torques and positions.
+    pub(super) fn is_of_all_signals(&self) -> bool {
+        matches!(self, Self::Late { motor: None, signal: Signal::Both, .. })
+    }
+
     /// Returns the number that the data choose, if there is one.
     pub(super) fn constant(&self) -> Option<f64> {
         match self {
@@ -170,6 +175,16 @@ impl Alternative {
             Self::Late { .. } | Self::Gravity { .. } => return None,
         }
         Some(of_positions)
+    }
+
+    /// Orders figures of the joints by the torque signals as they are configured. A swap of torques
+    /// only moves a residual to another joint.
+    pub(super) fn by_configured_torque<T>(&self, mut of_joints: Vec<T>) -> Vec<T> {
+        if let Self::Swapped { motors: [one, other], signal: Signal::Torque | Signal::Both } = self
+        {
+            of_joints.swap(one.position(), other.position());
+        }
+        of_joints
     }
 
     /// Returns the motors whose signal `of` is late, out of `count`.

@@ -31,6 +31,13 @@ pub(super) struct Group {
     pub(super) constants: Vec<f64>,
 }
 
+impl Group {
+    /// Returns true if the screening cannot judge the alternative.
+    pub(super) fn is_fitted_directly(&self) -> bool {
+        self.alternative.is_of_all_signals()
+    }
+}
+
 /// Returns the alternatives for an arm. `ranges` are those of the motors \[rad or m\].
 pub(super) fn bank(context: &Context<'_>, ranges: &[f64]) -> Vec<Group> {
     let is_tested = |motor: &usize| ranges[*motor] > MIN_RANGE && context.has_motor_torque(*motor);

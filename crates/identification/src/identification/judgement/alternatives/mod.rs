@@ -28,6 +28,7 @@ use self::refit::{INSPECTED, JointResidual, Refit};
 use self::screen::Screen;
 use crate::identification::problem::{Context, Experiment};
 use didim_dynamics::dynamics::Model;
+use didim_dynamics::robot::{JointIndex, MotorIndex};
 
 /// Smallest ΔL of an alternative that is named, and smallest distance from the next one that is
 /// unrelated \[nat\]: odds of 22,000 to 1. Residuals are coloured, and models never exact.
@@ -59,7 +60,9 @@ const REFINING_STEPS: usize = 10;
 pub(super) struct FoundAlternatives {
     /// The most decisive first. Each is found with the ones before it applied.
     pub(super) alternatives: Vec<Alternative>,
-    /// Change of the parameters with all of them; `None` if the model is another one.
+    /// Change of the parameters with all of them, and with one that is not named because it matters
+    /// too little, or because another one explains nearly as much. `None` if the model is another
+    /// one.
     pub(super) parameter_change: Option<DVector<f64>>,
 }
 
@@ -84,22 +87,46 @@ impl FoundAlternatives {
     }
 }
 
+/// Returns the signal of a joint whose inversion leaves the smaller residual. `None` if neither can
+/// be fitted.
+pub(super) fn better_sign(context: &Context<'_>, joint: JointIndex) -> Option<Signal> {
+    let logged = context.experiment.first_samples(INSPECTED);
+    let motor = MotorIndex::new(joint.position());
+    let inverted = |signal| Alternative::OppositeSign { motor, signal };
+    let residual = |signal| Some((residual_with(&inverted(signal), context, &logged)?, signal));
+    let residuals = [Signal::Torque, Signal::Position].into_iter().filter_map(residual);
+    residuals.min_by(|(one, _), (other, _)| one.total_cmp(other)).map(|(_, signal)| signal)
+}
+
+/// Returns the sum of the squared relative errors of all joints with another reading.
+fn residual_with(
+    alternative: &Alternative,
+    context: &Context<'_>,
+    logged: &Experiment,
+) -> Option<f64> {
+    let corrected = alternative.corrected(logged, context.robot.transmission());
+    let refit = Refit::new(context, &corrected, &context.model).ok()?;
+    Some(relative_squares(&refit).iter().sum())
+}
+
 /// Adds the best alternative, and those that are found with it applied.
 fn explain(refit: &Refit<'_>, logged: &Experiment, found: &mut FoundAlternatives) {
-    let Some(alternative) = best(refit, logged) else { return };
+    let Some(Best { alternative, is_named }) = best(refit, logged) else { return };
     let transmission = refit.context.robot.transmission();
     let corrected = alternative.corrected(logged, transmission);
     let model = model_of(&alternative, &refit.context.model);
     let is_same_model = !matches!(alternative, Alternative::Gravity { .. });
     let is_first = found.alternatives.is_empty();
-    found.alternatives.push(alternative);
+    if is_named {
+        found.alternatives.push(alternative);
+    }
     let Ok(better) = Refit::new(&refit.context, &corrected, &model) else {
         found.parameter_change = None;
         return;
     };
     let is_comparable = is_same_model && (is_first || found.parameter_change.is_some());
     found.parameter_change = is_comparable.then(|| better.parameters.clone());
-    if found.alternatives.len() < MOST_AT_ONCE {
+    if is_named && found.alternatives.len() < MOST_AT_ONCE {
         explain(&better, &corrected, found);
     }
 }
@@ -115,12 +142,18 @@ fn model_of(alternative: &Alternative, configured: &Model) -> Model {
 struct Candidate {
     alternative: Alternative,
     evidence: f64,
+    matters: bool,
+}
+
+/// Alternative that fits decisively better than the configured reading.
+struct Best {
+    alternative: Alternative,
+    /// True if it matters, and fits decisively better than every unrelated alternative.
     is_named: bool,
 }
 
-/// Returns the alternative that fits decisively better than the configured reading and than every
-/// unrelated alternative.
-fn best(refit: &Refit<'_>, logged: &Experiment) -> Option<Alternative> {
+/// Returns the best alternative, if it fits decisively better than the configured reading.
+fn best(refit: &Refit<'_>, logged: &Experiment) -> Option<Best> {
     let torques = DivisorTorques::new(refit);
     let may_matter = |(joint, residual): (usize, &Option<JointResidual>)| {
         residual.is_some_and(|of| of.relative_error * torques.share(joint, of.torque) >= MATTERS)
@@ -136,11 +169,40 @@ fn best(refit: &Refit<'_>, logged: &Experiment) -> Option<Alternative> {
         .into_iter()
         .filter_map(|finalist| finalist.judge(refit, logged, &torques, count))
         .collect();
+    candidates.extend(fitted_directly(&groups, refit, logged, &torques, count));
     candidates.sort_by(|one, other| other.evidence.total_cmp(&one.evidence));
-    let first = candidates.first()?;
+    let first = candidates.first().filter(|first| first.evidence > DECISIVE)?;
     let next = candidates.iter().skip(1).find(|of| !of.alternative.is_related(&first.alternative));
     let is_ahead = next.is_none_or(|next| first.evidence >= next.evidence + DECISIVE);
-    (first.is_named && is_ahead).then(|| first.alternative.clone())
+    let is_named = first.matters && is_ahead;
+    Some(Best { alternative: first.alternative.clone(), is_named })
+}
+
+/// Returns the best candidates among those that the screening cannot judge, because its rows are not
+/// filtered. They need a residual at every joint.
+fn fitted_directly(
+    groups: &[Group],
+    refit: &Refit<'_>,
+    logged: &Experiment,
+    torques: &DivisorTorques,
+    count: usize,
+) -> Vec<Candidate> {
+    let mut residuals = refit.joints.iter().flatten();
+    if residuals.any(|residual| residual.relative_error < MATTERS) {
+        return Vec::new();
+    }
+    let squares = relative_squares(refit);
+    let best = |group: &Group| {
+        let tried = group.constants.iter().map(|constant| Finalist {
+            alternative: group.alternative.with_constant(*constant),
+            gain: 0.0,
+            is_inside: true,
+            squares: [squares.clone(), squares.clone()],
+        });
+        let judged = tried.filter_map(|of| of.judge(refit, logged, torques, count));
+        judged.max_by(|one, other| one.evidence.total_cmp(&other.evidence))
+    };
+    groups.iter().filter(|of| of.is_fitted_directly()).filter_map(best).collect()
 }
 
 /// Alternative that passed the screening.
@@ -165,9 +227,10 @@ fn finalists(
         ratios.map(|(before, after)| 0.5 * (before / after.max(f64::MIN_POSITIVE)).ln()).sum()
     };
     let mut screened: Vec<Finalist> = Vec::new();
-    for Group { alternative, constants } in groups {
+    for Group { alternative, constants } in groups.iter().filter(|of| !of.is_fitted_directly()) {
         let mut score = |constant: f64| -> Option<(f64, Vec<f64>)> {
             let after = screen.with(&alternative.with_constant(constant))?;
+            let after = alternative.by_configured_torque(after);
             Some((gain(&after), after))
         };
         let tried = match constants.is_empty() {
@@ -232,7 +295,11 @@ impl Finalist {
             of.joints.iter().map(|of| of.map_or(0.0, |of| of.effective_rows)).collect()
         };
         let (rows, squares) = match Refit::new(&refit.context, &corrected, &model) {
-            Ok(better) => (rows(&better), [relative_squares(refit), relative_squares(&better)]),
+            Ok(better) => {
+                let [rows, after] = [rows(&better), relative_squares(&better)]
+                    .map(|figures| alternative.by_configured_torque(figures));
+                (rows, [relative_squares(refit), after])
+            }
             // Another gravity may make parameters unidentifiable, which the screening permits.
             Err(_) => (rows(refit), [before, after]),
         };
@@ -245,9 +312,8 @@ impl Finalist {
         let all_rows: f64 = rows.iter().sum();
         let choice = if alternative.constant().is_some() { 0.5 * all_rows.ln() } else { 0.0 };
         let evidence = gain - choice - (count as f64).ln();
-        let is_named =
-            is_inside && evidence > DECISIVE && torques.passes([before, after], LEAVES, MATTERS);
-        evidence.is_finite().then_some(Candidate { alternative, evidence, is_named })
+        let matters = is_inside && torques.passes([before, after], LEAVES, MATTERS);
+        evidence.is_finite().then_some(Candidate { alternative, evidence, matters })
     }
 }
 
