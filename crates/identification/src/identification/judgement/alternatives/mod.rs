@@ -175,7 +175,9 @@ fn best(refit: &Refit<'_>, logged: &Experiment) -> Option<Best> {
     let next = candidates.iter().skip(1).find(|of| !of.alternative.is_related(&first.alternative));
     let is_ahead = next.is_none_or(|next| first.evidence >= next.evidence + DECISIVE);
     let is_named = first.matters && is_ahead;
-    Some(Best { alternative: first.alternative.clone(), is_named })
+    // A lag is a matter of degree. The others are there or not.
+    let is_likely = matches!(first.alternative, Alternative::Late { .. });
+    (is_named || is_likely).then(|| Best { alternative: first.alternative.clone(), is_named })
 }
 
 /// Returns the best candidates among those that the screening cannot judge, because its rows are not
