@@ -32,6 +32,10 @@ pub(super) struct Group {
 }
 
 impl Group {
+    fn new(alternative: Alternative, constants: &[f64]) -> Self {
+        Self { alternative, constants: constants.to_vec() }
+    }
+
     /// Returns true if the screening cannot judge the alternative.
     pub(super) fn is_fitted_directly(&self) -> bool {
         self.alternative.is_of_all_signals()
@@ -44,18 +48,18 @@ pub(super) fn bank(context: &Context<'_>, ranges: &[f64]) -> Vec<Group> {
     let motors: Vec<MotorIndex> =
         (0..ranges.len()).filter(is_tested).map(MotorIndex::new).collect();
     let mut groups = Vec::new();
-    let mut add = |alternative, constants: &[f64]| {
-        groups.push(Group { alternative, constants: constants.to_vec() })
-    };
     let signals = [Signal::Torque, Signal::Position, Signal::Both];
     // Alternatives with the same positions follow each other.
     for (k, motor) in motors.iter().enumerate() {
         for signal in signals {
-            add(Alternative::OppositeSign { motor: *motor, signal }, &[]);
+            groups.push(Group::new(Alternative::OppositeSign { motor: *motor, signal }, &[]));
         }
         for other in &motors[..k] {
             for signal in signals {
-                add(Alternative::Swapped { motors: [*other, *motor], signal }, &[]);
+                groups.push(Group::new(
+                    Alternative::Swapped { motors: [*other, *motor], signal },
+                    &[],
+                ));
             }
         }
     }
@@ -63,18 +67,19 @@ pub(super) fn bank(context: &Context<'_>, ranges: &[f64]) -> Vec<Group> {
     for signal in [Signal::Torque, Signal::Position] {
         for motor in core::iter::once(None).chain(motors.iter().copied().map(Some)) {
             for lag in [Lag::LowPass, Lag::Delay] {
-                add(Alternative::Late { motor, signal, lag, time_s: 0.0 }, &lags);
+                groups
+                    .push(Group::new(Alternative::Late { motor, signal, lag, time_s: 0.0 }, &lags));
             }
         }
     }
     // The same delay of all signals changes nothing.
     let (motor, signal, lag) = (None, Signal::Both, Lag::LowPass);
-    add(Alternative::Late { motor, signal, lag, time_s: 0.0 }, &lags);
+    groups.push(Group::new(Alternative::Late { motor, signal, lag, time_s: 0.0 }, &lags));
     for motor in &motors {
-        add(Alternative::PositionScale { motor: *motor, factor: 1.0 }, &SCALES);
+        groups.push(Group::new(Alternative::PositionScale { motor: *motor, factor: 1.0 }, &SCALES));
     }
     for gravity_m_s2 in other_directions(context.robot.gravity_m_s2()) {
-        add(Alternative::Gravity { gravity_m_s2 }, &[]);
+        groups.push(Group::new(Alternative::Gravity { gravity_m_s2 }, &[]));
     }
     groups
 }

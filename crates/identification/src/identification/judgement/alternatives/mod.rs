@@ -180,8 +180,8 @@ fn best(refit: &Refit<'_>, logged: &Experiment) -> Option<Best> {
     (is_named || is_likely).then(|| Best { alternative: first.alternative.clone(), is_named })
 }
 
-/// Returns the best candidates among those that the screening cannot judge, because its rows are not
-/// filtered. They need a residual at every joint.
+/// Returns the best candidates among those that the screening cannot judge, because its rows are
+/// not filtered. They need a residual at every joint.
 fn fitted_directly(
     groups: &[Group],
     refit: &Refit<'_>,
@@ -194,17 +194,18 @@ fn fitted_directly(
         return Vec::new();
     }
     let squares = relative_squares(refit);
-    let best = |group: &Group| {
-        let tried = group.constants.iter().map(|constant| Finalist {
-            alternative: group.alternative.with_constant(*constant),
-            gain: 0.0,
-            is_inside: true,
-            squares: [squares.clone(), squares.clone()],
-        });
-        let judged = tried.filter_map(|of| of.judge(refit, logged, torques, count));
-        judged.max_by(|one, other| one.evidence.total_cmp(&other.evidence))
+    let finalist = |alternative| Finalist {
+        alternative,
+        gain: 0.0,
+        is_inside: true,
+        squares: [squares.clone(), squares.clone()],
     };
-    groups.iter().filter(|of| of.is_fitted_directly()).filter_map(best).collect()
+    let of_group = |group: &Group| -> Vec<Finalist> {
+        group.constants.iter().map(|of| finalist(group.alternative.with_constant(*of))).collect()
+    };
+    let tried = groups.iter().filter(|of| of.is_fitted_directly()).flat_map(of_group);
+    let judged = tried.filter_map(|of| of.judge(refit, logged, torques, count));
+    judged.max_by(|one, other| one.evidence.total_cmp(&other.evidence)).into_iter().collect()
 }
 
 /// Alternative that passed the screening.
