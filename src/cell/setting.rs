@@ -1,7 +1,7 @@
 //! Keys of the cell file that findings ask to change, with the values to write.
 
 use didim_drivers::units::{DriveSpec, Sign, TorqueScale};
-use didim_dynamics::robot::JointIndex;
+use didim_dynamics::robot::{JointIndex, TorqueTerm};
 use didim_formats::Side;
 use didim_identification::identification::{Change, Setting, SettingValue, Signal};
 
@@ -46,8 +46,10 @@ impl Cell {
     /// Returns the key of this cell file whose value the data ask to change. `None` if the file has
     /// no single key for it, as with coupled motors.
     pub fn setting(&self, source: SignalSource, change: &Change) -> Option<Setting> {
-        if let Change::Gravity { gravity_m_s2 } = change {
-            return self.gravity_setting(*gravity_m_s2);
+        match change {
+            Change::Gravity { gravity_m_s2 } => return self.gravity_setting(*gravity_m_s2),
+            Change::Exclude { term } => return self.excludes_setting(*term),
+            _ => {}
         }
         let file: CellFile = toml::from_str(&self.configuration.cell).ok()?;
         match (source, &self.bus, &file.data) {
@@ -76,6 +78,21 @@ impl Cell {
             value: SettingValue::List(gravity_m_s2.to_vec()),
             explanation: format!("configured {:?}", self.robot.gravity_m_s2()),
         })
+    }
+
+    /// Returns the key of the terms that the recorded torques do not contain.
+    fn excludes_setting(&self, term: TorqueTerm) -> Option<Setting> {
+        let key = match &self.bus {
+            Some(_) => "bus.layout.excludes",
+            None => "data.excludes",
+        };
+        let configured = self.robot.recorded_torque().excluded_terms();
+        let words = configured.iter().chain([&term]).map(TorqueTerm::to_string).collect();
+        let explanation = match configured {
+            [] => "configured none".to_owned(),
+            terms => format!("configured {terms:?}"),
+        };
+        Some(self.setting_of(key.to_owned(), SettingValue::Words(words), explanation))
     }
 
     /// Returns the key of the columns of tables.
@@ -110,7 +127,7 @@ impl Cell {
                 let axis = self.axis(*joint, columns.side)?;
                 self.sign_setting((section, "sign", of.sign.as_ref()), axis, *joint)
             }
-            Change::Gravity { .. } => None,
+            Change::Exclude { .. } | Change::Gravity { .. } => None,
         }
     }
 
@@ -126,7 +143,10 @@ impl Cell {
                 let key = ("data.bag.effort", "sign", effort.sign.as_ref());
                 self.sign_setting(key, self.axis(*joint, side)?, *joint)
             }
-            Change::Sign { .. } | Change::Position { .. } | Change::Gravity { .. } => None,
+            Change::Sign { .. }
+            | Change::Position { .. }
+            | Change::Exclude { .. }
+            | Change::Gravity { .. } => None,
         }
     }
 
@@ -184,7 +204,7 @@ impl Cell {
                 let value = SettingValue::Integer(-configured);
                 Some(self.setting_of(axis.drive_key(key), value, explanation))
             }
-            Change::Gravity { .. } => None,
+            Change::Exclude { .. } | Change::Gravity { .. } => None,
         }
     }
 

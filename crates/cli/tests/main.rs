@@ -11,6 +11,7 @@
 mod common;
 mod program;
 
+mod alternatives;
 #[path = "../../formats/tests/bag_writer.rs"]
 mod bag_writer;
 mod bundle;

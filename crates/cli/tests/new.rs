@@ -28,7 +28,11 @@ pub(crate) const URDF: &str = r#"<robot name="two">
 /// 20 s at 200 Hz: time \[s\], positions \[rad\], torques \[N·m\].
 pub(crate) fn motion(robot: &Path) -> Vec<[f64; 5]> {
     let robot = Robot::from_toml(&succeed(&[&"robot", &robot, &"--toml"])).unwrap();
-    let model = Model::new(&robot);
+    motion_of(&robot, &Model::new(&robot))
+}
+
+/// The same of another model of the robot.
+pub(crate) fn motion_of(robot: &Robot, model: &Model) -> Vec<[f64; 5]> {
     let mut workspace = Workspace::new();
     let parameters = robot.nominal().unwrap().standard_parameters();
     (0..4000)

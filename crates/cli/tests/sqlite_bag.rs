@@ -15,7 +15,7 @@ use crate::program::{json, succeed};
 const SAME_RECIPE: f64 = 0.03;
 
 /// The bag and the cell in a folder.
-fn bag() -> TempDir {
+pub(crate) fn bag() -> TempDir {
     let (folder, data) = (tempfile::tempdir().unwrap(), repository("tests/data/ur10"));
     for file in ["cell.toml", "robot.toml"] {
         fs::copy(data.join(file), folder.path().join(file)).unwrap();

@@ -43,10 +43,10 @@ pub use friction::choose_friction;
 pub use gains::{ArmParameter, DriveGain, Gains, GainsError, KnownLoad, Scale, find_gains};
 pub use identify::identify;
 pub use judgement::{
-    Alternative, CATALOGUE, CatalogueRow, Change, ChosenCutoff, ChosenFriction, ClippedSignal,
-    ControllerUnchecked, ConvergenceStep, CutoffTrial, Estimate, Extrapolation, Finding,
-    FindingCode, Fit, FitMotion, FrictionChange, FrictionGain, FrictionScore, FrozenSignal,
-    HeldOut, Identification, Information, KeptParameter, Lag, ModelUncertainty, Note,
+    Alternative, CATALOGUE, CatalogueRow, Change, Chosen, ChosenCutoff, ChosenFriction,
+    ClippedSignal, ControllerUnchecked, ConvergenceStep, CutoffTrial, Estimate, Extrapolation,
+    Finding, FindingCode, Fit, FitMotion, FrictionChange, FrictionGain, FrictionScore,
+    FrozenSignal, HeldOut, Identification, Information, KeptParameter, Lag, ModelUncertainty, Note,
     NuisanceEstimate, NuisanceParameter, Output, ParameterCovariance, ParameterEstimate,
     PhysicalConsistency, PositionBias, PredictedError, Quantity, ReachedRange, Reason,
     ReferenceSource, ResidualQuantiles, SCHEMA, Setting, SettingValue, Severity, Signal,

@@ -178,7 +178,7 @@ pub const CATALOGUE: &[CatalogueRow] = &[
     CatalogueRow {
         code: Code::LowPassed,
         severity: Explanatory,
-        messages: &["the data fit decisively better without a low-pass of about … ms …"],
+        messages: &["the data fit decisively better without a low-pass of … ms …"],
         uses: &[Prediction, PhysicalValues, RigidBody],
         meaning: "a filter in the drive or the logger; the combined uncertainty includes it",
         remedy: "Record without this filter; check that the position filter is not too low",
@@ -186,7 +186,7 @@ pub const CATALOGUE: &[CatalogueRow] = &[
     CatalogueRow {
         code: Code::LateSignal,
         severity: Explanatory,
-        messages: &["the data fit decisively better without a delay of about … ms …"],
+        messages: &["the data fit decisively better without a delay of … ms …"],
         uses: &[Prediction, PhysicalValues, RigidBody],
         meaning: "a signal is logged late; the combined uncertainty includes it",
         remedy: "State when the signal is valid (`valid`), or record it in time",
@@ -206,6 +206,14 @@ pub const CATALOGUE: &[CatalogueRow] = &[
         uses: &[Prediction, PhysicalValues, RigidBody],
         meaning: "the arm is mounted differently",
         remedy: "Correct `gravity_m_s2` of the robot file or of `[urdf]`: floor, wall or ceiling",
+    },
+    CatalogueRow {
+        code: Code::GravityRemoved,
+        severity: Explanatory,
+        messages: &["the data fit decisively better without gravity: …"],
+        uses: &[Prediction, PhysicalValues, RigidBody],
+        meaning: "the controller subtracted gravity from the torques that it reports",
+        remedy: "Set `excludes = [\"gravity\"]`, or record torques that contain gravity",
     },
     CatalogueRow {
         code: Code::ConstantTorque,
@@ -238,9 +246,12 @@ pub const CATALOGUE: &[CatalogueRow] = &[
     CatalogueRow {
         code: Code::TorqueGain,
         severity: Explanatory,
-        messages: &["the torque gain … fits the data best at …"],
+        messages: &[
+            "the torque gain … fits the data best at …",
+            "the data fit decisively better with the torque of motor N multiplied by …",
+        ],
         uses: &[Prediction, PhysicalValues, RigidBody],
-        meaning: "the data contradict the configured gain",
+        meaning: "the data contradict the configured gain, or the torque has another unit",
         remedy: "Check drive gain and gear ratio",
     },
     CatalogueRow {

@@ -1,6 +1,6 @@
 //! Changes of configured values that findings ask for.
 
-use didim_dynamics::robot::{JointIndex, JointKind};
+use didim_dynamics::robot::{JointIndex, JointKind, TorqueTerm};
 
 use super::alternatives::{Alternative, Signal};
 use super::nuisance_parameters::{NuisanceEstimate, NuisanceParameter};
@@ -33,6 +33,11 @@ pub enum Change {
         /// The gravity \[m/s²\].
         gravity_m_s2: [f64; 3],
     },
+    /// Exclude a term from the model, because the recorded torques do not contain it.
+    Exclude {
+        /// The term.
+        term: TorqueTerm,
+    },
     /// Invert the sign of the torque or of the position of a joint.
     Sign {
         /// The joint.
@@ -49,6 +54,16 @@ impl Reason {
             Self::Contradicted { nuisance, .. } => of_nuisance(nuisance),
             Self::WrongSignsOfJoint { joint, signal, .. } => {
                 signal.map(|signal| Change::Sign { joint: *joint, signal })
+            }
+            Self::Alternative { found: Alternative::NoGravity, .. } => {
+                Some(Change::Exclude { term: TorqueTerm::Gravity })
+            }
+            Self::Alternative { found: Alternative::TorqueScale { motor, factor }, .. } => {
+                Some(Change::TorqueScale {
+                    joint: Some(JointIndex::new(motor.position())),
+                    factor: factor.value,
+                    standard_deviation: factor.standard_deviation,
+                })
             }
             Self::Alternative { found: Alternative::Gravity { gravity_m_s2 }, .. } => {
                 Some(Change::Gravity { gravity_m_s2: *gravity_m_s2 })

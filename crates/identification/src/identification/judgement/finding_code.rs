@@ -81,6 +81,8 @@ finding_codes! {
     PositionScale = "position-scale",
     /// The direction of gravity differs: the arm is mounted differently.
     GravityDirection = "gravity-direction",
+    /// The recorded torques do not contain gravity.
+    GravityRemoved = "gravity-removed",
     /// A torque signal is constant.
     ConstantTorque = "constant-torque",
     /// The torque is clipped, and the residual is large.

@@ -130,6 +130,8 @@ impl Reason {
                 Alternative::Late { lag: Lag::LowPass, .. } => Code::LowPassed,
                 Alternative::Late { lag: Lag::Delay, .. } => Code::LateSignal,
                 Alternative::PositionScale { .. } => Code::PositionScale,
+                Alternative::TorqueScale { .. } => Code::TorqueGain,
+                Alternative::NoGravity => Code::GravityRemoved,
                 Alternative::Gravity { .. } => Code::GravityDirection,
             },
             Self::WrongSignsOfJoint { .. } => Code::WrongSignsOfJoint,
@@ -307,8 +309,10 @@ fn of_alternative(found: &Alternative) -> Facts {
     let motors = found.motors();
     let subject = (!motors.is_empty()).then_some(Subject::Motors(motors));
     match found {
-        Alternative::Late { time_s, .. } => Facts::new(subject, *time_s, "s"),
-        Alternative::PositionScale { factor, .. } => Facts::new(subject, *factor, "1"),
+        Alternative::Late { time_s, .. } => Facts::new(subject, time_s.value, "s"),
+        Alternative::PositionScale { factor, .. } | Alternative::TorqueScale { factor, .. } => {
+            Facts::new(subject, factor.value, "1")
+        }
         _ => Facts { subject, ..Facts::default() },
     }
 }

@@ -36,7 +36,7 @@ mod uses;
 mod verdict;
 mod workspace;
 
-pub use alternatives::{Alternative, Lag, Signal};
+pub use alternatives::{Alternative, Chosen, Lag, Signal};
 pub use bias::PositionBias;
 pub use catalogue::{CATALOGUE, CatalogueRow};
 pub use change::Change;

@@ -15,6 +15,8 @@ pub enum SettingValue {
     Number(f64),
     /// A list of numbers, one for each axis.
     List(Vec<f64>),
+    /// A list of words.
+    Words(Vec<String>),
 }
 
 impl fmt::Display for SettingValue {
@@ -23,6 +25,7 @@ impl fmt::Display for SettingValue {
             Self::Integer(value) => value.fmt(f),
             Self::Number(value) => value.fmt(f),
             Self::List(values) => write!(f, "{values:?}"),
+            Self::Words(words) => write!(f, "{words:?}"),
         }
     }
 }

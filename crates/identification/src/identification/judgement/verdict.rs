@@ -4,7 +4,7 @@ use nalgebra::DVector;
 
 use super::alternatives::{Alternative, better_sign};
 use super::estimate::{Estimate, ReferenceSource};
-use super::nuisance_parameters::NuisanceEstimate;
+use super::nuisance_parameters::{NuisanceEstimate, NuisanceParameter};
 use super::quantiles::ResidualQuantiles;
 use super::reasons::{Note, Reason};
 use super::uses::{Criteria, UseVerdict, Uses};
@@ -123,9 +123,12 @@ impl VerdictLimits {
         };
         let (delays, others): (Vec<_>, Vec<_>) =
             estimate.nuisance_parameters.iter().partition(|found| found.is_delay());
+        let contradicted_values: Vec<Reason> = contradicted(others).collect();
+        let is_new =
+            |of: &&Reason| !is_repeated(of, &blocking) && !is_repeated(of, &contradicted_values);
         let explanations: Vec<Reason> = (explaining.into_iter())
-            .chain(known.explanations.iter().filter(|of| !is_repeated(of, &blocking)).cloned())
-            .chain(contradicted(others))
+            .chain(known.explanations.iter().filter(is_new).cloned())
+            .chain(contradicted_values.iter().cloned())
             .collect();
         // A delay belongs to the record, and does not affect predictions.
         let of_values: Vec<Reason> =
@@ -451,14 +454,18 @@ fn contradicted<'a>(
     })
 }
 
-/// Returns true if wrong signs of a joint say the same already.
-fn is_repeated(reason: &Reason, blocking: &[Reason]) -> bool {
-    let Reason::Alternative { found: Alternative::OppositeSign { motor, .. }, .. } = reason else {
-        return false;
-    };
-    blocking.iter().any(|of| match of {
-        Reason::WrongSigns { .. } => true,
-        Reason::WrongSignsOfJoint { joint, .. } => joint.position() == motor.position(),
+/// Returns true if wrong signs of a joint, or its contradicted torque gain, say the same already.
+fn is_repeated(reason: &Reason, others: &[Reason]) -> bool {
+    let Reason::Alternative { found, .. } = reason else { return false };
+    others.iter().any(|of| match (found, of) {
+        (Alternative::OppositeSign { .. }, Reason::WrongSigns { .. }) => true,
+        (Alternative::OppositeSign { motor, .. }, Reason::WrongSignsOfJoint { joint, .. }) => {
+            joint.position() == motor.position()
+        }
+        (Alternative::TorqueScale { motor, .. }, Reason::Contradicted { nuisance, .. }) => {
+            matches!(nuisance.nuisance, NuisanceParameter::TorqueGain(joint)
+                if joint.position() == motor.position())
+        }
         _ => false,
     })
 }

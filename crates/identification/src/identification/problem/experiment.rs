@@ -175,14 +175,34 @@ impl Experiment {
         }
     }
 
-    /// Undoes a delay \[samples\] of a signal of all samples, each recording separately.
+    /// Undoes a delay \[samples\] of a signal of all samples, each recording separately. The last
+    /// samples, whose values were not recorded, continue at the mean rate of the ones before.
     pub(crate) fn undo_delay(&self, mut signal: DVectorViewMut<'_, f64>, delay: f64) {
+        let unknown = whole_samples(delay);
         for Range { start, end } in self.recordings.iter().map(|of| of.samples.clone()) {
             let mut part = signal.rows_range_mut(start..end);
+            let logged = part.clone_owned();
             // Signals and delays are finite.
-            if let Ok(earlier) = delay_linear(part.clone_owned().as_slice(), -delay) {
+            if let Ok(earlier) = delay_linear(logged.as_slice(), -delay) {
                 part.copy_from_slice(&earlier);
             }
+            let count = logged.len();
+            if unknown == 0 || count < 2 * unknown {
+                continue;
+            }
+            let rate = (logged[count - 1] - logged[count - 1 - unknown]) / unknown as f64;
+            for k in count - unknown..count {
+                part[k] = logged[count - 1] + (k as f64 + delay - (count - 1) as f64) * rate;
+            }
+        }
+    }
+
+    /// Leaves the last samples of each recording out that have no values after a delay
+    /// \[samples\] is undone.
+    pub(crate) fn leave_out_delayed(&mut self, delay: f64) {
+        for Recording { samples, counted_samples: counted } in &mut self.recordings {
+            let end = samples.end.saturating_sub(whole_samples(delay));
+            counted.end = counted.end.min(end).max(counted.start);
         }
     }
 
@@ -421,6 +441,12 @@ fn check_finite(signal: &'static str, matrix: &DMatrix<f64>) -> Result<(), Exper
         }
     }
     Ok(())
+}
+
+/// Returns the number of samples in which a delay \[samples\] ends.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a number of samples")]
+fn whole_samples(delay: f64) -> usize {
+    delay.max(0.0).ceil() as usize
 }
 
 /// Changes joint positions, or what transforms like them (samples × joints), as those of the

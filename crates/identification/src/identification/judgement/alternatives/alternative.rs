@@ -32,6 +32,15 @@ pub enum Lag {
     Delay,
 }
 
+/// Number that the data choose.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Chosen {
+    /// The number.
+    pub value: f64,
+    /// Its standard deviation, in the same unit. 0 before the alternative is named.
+    pub standard_deviation: f64,
+}
+
 /// Another reading of the signals, or of the arm, than the configured one.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Alternative {
@@ -58,15 +67,24 @@ pub enum Alternative {
         /// The cause.
         lag: Lag,
         /// Time constant or delay \[s\].
-        time_s: f64,
+        time_s: Chosen,
     },
     /// The position of a motor has another scale.
     PositionScale {
         /// The motor.
         motor: MotorIndex,
         /// Factor by which the position has to be multiplied \[1\].
-        factor: f64,
+        factor: Chosen,
     },
+    /// The torque of a motor has another scale.
+    TorqueScale {
+        /// The motor.
+        motor: MotorIndex,
+        /// Factor by which the torque has to be multiplied \[1\].
+        factor: Chosen,
+    },
+    /// The torques do not contain gravity, because the controller removed it.
+    NoGravity,
     /// Gravity acts along another axis of the base.
     Gravity {
         /// The gravity \[m/s²\].
@@ -78,10 +96,12 @@ impl Alternative {
     /// Returns the motors whose signals change; empty for all of them, and for gravity.
     pub fn motors(&self) -> Vec<MotorIndex> {
         match self {
-            Self::OppositeSign { motor, .. } | Self::PositionScale { motor, .. } => vec![*motor],
+            Self::OppositeSign { motor, .. }
+            | Self::PositionScale { motor, .. }
+            | Self::TorqueScale { motor, .. } => vec![*motor],
             Self::Swapped { motors, .. } => motors.to_vec(),
             Self::Late { motor, .. } => motor.iter().copied().collect(),
-            Self::Gravity { .. } => Vec::new(),
+            Self::NoGravity | Self::Gravity { .. } => Vec::new(),
         }
     }
 
@@ -90,7 +110,8 @@ impl Alternative {
     pub(super) fn is_related(&self, other: &Self) -> bool {
         match (self, other) {
             (Self::OppositeSign { motor, .. }, Self::OppositeSign { motor: of_other, .. })
-            | (Self::PositionScale { motor, .. }, Self::PositionScale { motor: of_other, .. }) => {
+            | (Self::PositionScale { motor, .. }, Self::PositionScale { motor: of_other, .. })
+            | (Self::TorqueScale { motor, .. }, Self::TorqueScale { motor: of_other, .. }) => {
                 motor == of_other
             }
             (Self::Swapped { motors, .. }, Self::Swapped { motors: of_other, .. }) => {
@@ -108,26 +129,42 @@ impl Alternative {
         }
     }
 
+    /// Returns gravity in the base \[m/s²\]; `None` as it is configured.
+    pub(super) fn gravity_m_s2(&self) -> Option<[f64; 3]> {
+        match self {
+            Self::NoGravity => Some([0.0; 3]),
+            Self::Gravity { gravity_m_s2 } => Some(*gravity_m_s2),
+            _ => None,
+        }
+    }
+
     /// Returns true for a lag of all torques and positions.
     pub(super) fn is_of_all_signals(&self) -> bool {
         matches!(self, Self::Late { motor: None, signal: Signal::Both, .. })
     }
 
     /// Returns the number that the data choose, if there is one.
-    pub(super) fn constant(&self) -> Option<f64> {
+    pub(super) fn constant(&self) -> Option<Chosen> {
         match self {
             Self::Late { time_s, .. } => Some(*time_s),
-            Self::PositionScale { factor, .. } => Some(*factor),
+            Self::PositionScale { factor, .. } | Self::TorqueScale { factor, .. } => Some(*factor),
             _ => None,
         }
     }
 
     /// Returns the same reading with another number.
     pub(super) fn with_constant(&self, value: f64) -> Self {
+        self.with_chosen(Chosen { value, standard_deviation: 0.0 })
+    }
+
+    /// Returns the same reading with another number, and its standard deviation.
+    pub(super) fn with_chosen(&self, chosen: Chosen) -> Self {
         let mut changed = self.clone();
         match &mut changed {
-            Self::Late { time_s: own, .. } | Self::PositionScale { factor: own, .. } => {
-                *own = value;
+            Self::Late { time_s: own, .. }
+            | Self::PositionScale { factor: own, .. }
+            | Self::TorqueScale { factor: own, .. } => {
+                *own = chosen;
             }
             _ => {}
         }
@@ -138,13 +175,16 @@ impl Alternative {
     /// far as no other sample takes part.
     pub(super) fn correct_positions(&self, motors: &mut DMatrix<f64>) {
         if let Self::PositionScale { motor, factor } = self {
-            motors.column_mut(motor.position()).scale_mut(*factor);
+            motors.column_mut(motor.position()).scale_mut(factor.value);
         }
         self.correct(Signal::Position, motors);
     }
 
     /// Corrects the torques of the motors (samples × motors), as far as no other sample takes part.
     pub(super) fn correct_torques(&self, motors: &mut DMatrix<f64>) {
+        if let Self::TorqueScale { motor, factor } = self {
+            motors.column_mut(motor.position()).scale_mut(factor.value);
+        }
         self.correct(Signal::Torque, motors);
     }
 
@@ -172,7 +212,10 @@ impl Alternative {
                 *signal = Signal::Position;
             }
             Self::Late { signal: Signal::Both, .. } | Self::PositionScale { .. } => {}
-            Self::Late { .. } | Self::Gravity { .. } => return None,
+            Self::Late { .. }
+            | Self::TorqueScale { .. }
+            | Self::NoGravity
+            | Self::Gravity { .. } => return None,
         }
         Some(of_positions)
     }
@@ -185,6 +228,15 @@ impl Alternative {
             of_joints.swap(one.position(), other.position());
         }
         of_joints
+    }
+
+    /// Returns the weights of the joints for the corrected torques.
+    pub(super) fn weights(&self, configured: &[f64]) -> Vec<f64> {
+        let mut weights = self.by_configured_torque(configured.to_vec());
+        if let Self::TorqueScale { motor, factor } = self {
+            weights[motor.position()] /= factor.value.powi(2);
+        }
+        weights
     }
 
     /// Returns the motors whose signal `of` is late, out of `count`.
@@ -206,9 +258,9 @@ impl Alternative {
             let Self::Late { lag, time_s, .. } = self else { return };
             for motor in self.late_motors(of, count) {
                 match lag {
-                    Lag::LowPass => logged.undo_low_pass(motors.column_mut(motor), *time_s),
+                    Lag::LowPass => logged.undo_low_pass(motors.column_mut(motor), time_s.value),
                     Lag::Delay => {
-                        logged.undo_delay(motors.column_mut(motor), time_s * rate_hz);
+                        logged.undo_delay(motors.column_mut(motor), time_s.value * rate_hz);
                     }
                 }
             }
@@ -227,6 +279,9 @@ impl Alternative {
                 });
             },
         );
+        if let Self::Late { lag: Lag::Delay, time_s, .. } = self {
+            corrected.leave_out_delayed(time_s.value * rate_hz);
+        }
         corrected
     }
 }

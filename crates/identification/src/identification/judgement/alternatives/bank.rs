@@ -2,7 +2,7 @@
 
 use didim_dynamics::robot::MotorIndex;
 
-use super::alternative::{Alternative, Lag, Signal};
+use super::alternative::{Alternative, Chosen, Lag, Signal};
 use crate::identification::problem::Context;
 
 /// Smallest range of a motor whose signals can be tested \[rad or m\]. The signals of a motor at
@@ -23,6 +23,32 @@ const LAG_STEP: f64 = 2.0;
 /// Factors of positions that are tried. Gear ratios and counts that are wrong by more also violate
 /// the limits of the joints.
 const SCALES: [f64; 4] = [0.75, 0.9, 1.1, 1.3];
+
+/// Factors of torques that are tried: a few tenths off, and wrong units up to a thousand.
+const TORQUE_SCALES: [f64; 22] = [
+    1.0 / 1024.0,
+    1.0 / 512.0,
+    1.0 / 256.0,
+    1.0 / 128.0,
+    1.0 / 64.0,
+    1.0 / 32.0,
+    1.0 / 16.0,
+    0.125,
+    0.25,
+    0.5,
+    0.7,
+    1.4,
+    2.0,
+    4.0,
+    8.0,
+    16.0,
+    32.0,
+    64.0,
+    128.0,
+    256.0,
+    512.0,
+    1024.0,
+];
 
 /// Alternatives with the same meaning, and the numbers that are tried.
 pub(super) struct Group {
@@ -67,17 +93,25 @@ pub(super) fn bank(context: &Context<'_>, ranges: &[f64]) -> Vec<Group> {
     for signal in [Signal::Torque, Signal::Position] {
         for motor in core::iter::once(None).chain(motors.iter().copied().map(Some)) {
             for lag in [Lag::LowPass, Lag::Delay] {
-                groups
-                    .push(Group::new(Alternative::Late { motor, signal, lag, time_s: 0.0 }, &lags));
+                groups.push(Group::new(
+                    Alternative::Late { motor, signal, lag, time_s: Chosen::default() },
+                    &lags,
+                ));
             }
         }
     }
     // The same delay of all signals changes nothing.
     let (motor, signal, lag) = (None, Signal::Both, Lag::LowPass);
-    groups.push(Group::new(Alternative::Late { motor, signal, lag, time_s: 0.0 }, &lags));
+    groups.push(Group::new(
+        Alternative::Late { motor, signal, lag, time_s: Chosen::default() },
+        &lags,
+    ));
     for motor in &motors {
-        groups.push(Group::new(Alternative::PositionScale { motor: *motor, factor: 1.0 }, &SCALES));
+        let (motor, factor) = (*motor, Chosen::default());
+        groups.push(Group::new(Alternative::PositionScale { motor, factor }, &SCALES));
+        groups.push(Group::new(Alternative::TorqueScale { motor, factor }, &TORQUE_SCALES));
     }
+    groups.push(Group::new(Alternative::NoGravity, &[]));
     for gravity_m_s2 in other_directions(context.robot.gravity_m_s2()) {
         groups.push(Group::new(Alternative::Gravity { gravity_m_s2 }, &[]));
     }

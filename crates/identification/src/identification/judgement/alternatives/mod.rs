@@ -19,15 +19,16 @@ mod refit;
 mod screen;
 mod wording;
 
-pub use alternative::{Alternative, Lag, Signal};
+pub use alternative::{Alternative, Chosen, Lag, Signal};
 
 use nalgebra::DVector;
 
 use self::bank::{Group, bank};
-use self::refit::{INSPECTED, JointResidual, Refit};
+use self::refit::{INSPECTED, JointResidual, Refit, Solved};
 use self::screen::Screen;
-use crate::identification::problem::{Context, Experiment};
-use didim_dynamics::dynamics::Model;
+use crate::identification::problem::{Context, Experiment, IdentificationError};
+use crate::regression::RowFilter;
+use didim_dynamics::dynamics::{BaseParameters, Model};
 use didim_dynamics::robot::{JointIndex, MotorIndex};
 
 /// Smallest ΔL of an alternative that is named, and smallest distance from the next one that is
@@ -55,6 +56,10 @@ const MOST_AT_ONCE: usize = 3;
 /// 1 % of its length.
 const REFINING_STEPS: usize = 10;
 
+/// Change of the logarithm of a number at which its likelihood is compared. The likelihood is a
+/// parabola over such a change, and differs by more than rounding.
+const STEP: f64 = 0.05;
+
 /// Alternatives that fit decisively better.
 #[derive(Default)]
 pub(super) struct FoundAlternatives {
@@ -75,13 +80,13 @@ impl FoundAlternatives {
         }
         let logged = context.experiment.first_samples(INSPECTED);
         // A reading that cannot be fitted has no residual to explain.
-        let Ok(configured) = Refit::new(context, &logged, &context.model) else {
+        let Ok(configured) = Refit::new(context, context.base, &logged, &context.model) else {
             return Self::default();
         };
         let mut found = Self::default();
         explain(&configured, &logged, &mut found);
         if let Some(last) = &mut found.parameter_change {
-            *last -= &configured.parameters;
+            *last -= configured.solved.parameters();
         }
         found
     }
@@ -104,37 +109,54 @@ fn residual_with(
     context: &Context<'_>,
     logged: &Experiment,
 ) -> Option<f64> {
-    let corrected = alternative.corrected(logged, context.robot.transmission());
-    let refit = Refit::new(context, &corrected, &context.model).ok()?;
+    let reading = Reading::new(alternative, context, logged);
+    let refit = reading.refit(context).ok()?;
     Some(relative_squares(&refit).iter().sum())
+}
+
+/// Signals and model of an alternative.
+struct Reading {
+    signals: Experiment,
+    model: Model,
+    /// Base parameters of the model; `None` as they are configured.
+    base: Option<BaseParameters>,
+}
+
+impl Reading {
+    fn new(alternative: &Alternative, context: &Context<'_>, logged: &Experiment) -> Self {
+        let signals = alternative.corrected(logged, context.robot.transmission());
+        let mut model = context.model.clone();
+        let gravity_m_s2 = alternative.gravity_m_s2();
+        if let Some(gravity_m_s2) = gravity_m_s2 {
+            model = model.with_gravity(gravity_m_s2);
+        }
+        let base = gravity_m_s2.and_then(|_| BaseParameters::compute(&model).ok());
+        Self { signals, model, base }
+    }
+
+    fn refit<'r>(&'r self, context: &Context<'r>) -> Result<Refit<'r>, IdentificationError> {
+        let base = self.base.as_ref().unwrap_or(context.base);
+        Refit::new(context, base, &self.signals, &self.model)
+    }
 }
 
 /// Adds the best alternative, and those that are found with it applied.
 fn explain(refit: &Refit<'_>, logged: &Experiment, found: &mut FoundAlternatives) {
     let Some(Best { alternative, is_named }) = best(refit, logged) else { return };
-    let transmission = refit.context.robot.transmission();
-    let corrected = alternative.corrected(logged, transmission);
-    let model = model_of(&alternative, &refit.context.model);
-    let is_same_model = !matches!(alternative, Alternative::Gravity { .. });
+    let reading = Reading::new(&alternative, &refit.context, logged);
+    let is_same_model = alternative.gravity_m_s2().is_none();
     let is_first = found.alternatives.is_empty();
     if is_named {
         found.alternatives.push(alternative);
     }
-    let Ok(better) = Refit::new(&refit.context, &corrected, &model) else {
+    let Ok(better) = reading.refit(&refit.context) else {
         found.parameter_change = None;
         return;
     };
     let is_comparable = is_same_model && (is_first || found.parameter_change.is_some());
-    found.parameter_change = is_comparable.then(|| better.parameters.clone());
+    found.parameter_change = is_comparable.then(|| better.solved.parameters().clone());
     if is_named && found.alternatives.len() < MOST_AT_ONCE {
-        explain(&better, &corrected, found);
-    }
-}
-
-fn model_of(alternative: &Alternative, configured: &Model) -> Model {
-    match alternative {
-        Alternative::Gravity { gravity_m_s2 } => configured.clone().with_gravity(*gravity_m_s2),
-        _ => configured.clone(),
+        explain(&better, &reading.signals, found);
     }
 }
 
@@ -143,6 +165,35 @@ struct Candidate {
     alternative: Alternative,
     evidence: f64,
     matters: bool,
+    /// Independent rows of each joint.
+    rows: Vec<f64>,
+}
+
+impl Candidate {
+    /// Returns the alternative with the most likely number, and its standard deviation: by a
+    /// parabola through the likelihood at three numbers. `None` if no number is the most likely.
+    fn estimated(&self, refit: &Refit<'_>, logged: &Experiment) -> Option<Alternative> {
+        let Some(Chosen { value, .. }) = self.alternative.constant() else {
+            return Some(self.alternative.clone());
+        };
+        let before = relative_squares(refit);
+        let likelihood = |step: f64| {
+            let other = self.alternative.with_constant(value * step.exp());
+            let reading = Reading::new(&other, &refit.context, logged);
+            let after = relative_squares(&reading.refit(&refit.context).ok()?);
+            Some(likelihood_gain([&before, &after], &self.rows))
+        };
+        let [lower, own, higher] =
+            [-STEP, 0.0, STEP].map(|step| likelihood(step).unwrap_or(f64::NAN));
+        let curvature = (2.0 * own - lower - higher) / (STEP * STEP);
+        let shift = (higher - lower) / (2.0 * STEP * curvature);
+        let chosen = Chosen {
+            value: value * shift.clamp(-STEP, STEP).exp(),
+            standard_deviation: value / curvature.sqrt(),
+        };
+        let is_maximum = chosen.standard_deviation.is_finite();
+        is_maximum.then(|| self.alternative.with_chosen(chosen))
+    }
 }
 
 /// Alternative that fits decisively better than the configured reading.
@@ -165,33 +216,41 @@ fn best(refit: &Refit<'_>, logged: &Experiment) -> Option<Best> {
     let groups = bank(&refit.context, &screen.ranges());
     let count = groups.iter().map(|of| of.constants.len().max(1)).sum::<usize>();
     let finalists = finalists(&mut screen, &groups, &torques)?;
-    let mut candidates: Vec<Candidate> = finalists
-        .into_iter()
-        .filter_map(|finalist| finalist.judge(refit, logged, &torques, count))
-        .collect();
-    candidates.extend(fitted_directly(&groups, refit, logged, &torques, count));
+    let mut fitted: Vec<Fitted> =
+        finalists.into_iter().map(|of| of.fit(refit, logged, &torques)).collect();
+    fitted.extend(fitted_directly(&groups, refit, logged, &torques));
+    // A lag is a matter of degree. The others are there or not.
+    let is_late = |of: &Alternative| matches!(of, Alternative::Late { .. });
+    if !fitted.iter().any(|of| of.matters || is_late(&of.alternative)) {
+        return None;
+    }
+    let filter = refit.context.row_filter();
+    let judged = fitted.into_iter().filter_map(|of| of.judge(refit, &filter, count));
+    let mut candidates: Vec<Candidate> = judged.collect();
     candidates.sort_by(|one, other| other.evidence.total_cmp(&one.evidence));
     let first = candidates.first().filter(|first| first.evidence > DECISIVE)?;
     let next = candidates.iter().skip(1).find(|of| !of.alternative.is_related(&first.alternative));
     let is_ahead = next.is_none_or(|next| first.evidence >= next.evidence + DECISIVE);
     let is_named = first.matters && is_ahead;
-    // A lag is a matter of degree. The others are there or not.
-    let is_likely = matches!(first.alternative, Alternative::Late { .. });
-    (is_named || is_likely).then(|| Best { alternative: first.alternative.clone(), is_named })
+    let named = if is_named { first.estimated(refit, logged) } else { None };
+    match named {
+        Some(alternative) => Some(Best { alternative, is_named: true }),
+        None => is_late(&first.alternative)
+            .then(|| Best { alternative: first.alternative.clone(), is_named: false }),
+    }
 }
 
-/// Returns the best candidates among those that the screening cannot judge, because its rows are
-/// not filtered. They need a residual at every joint.
+/// Returns the best of the alternatives that the screening cannot judge, because its rows are not
+/// filtered. They need a residual at every joint.
 fn fitted_directly(
     groups: &[Group],
     refit: &Refit<'_>,
     logged: &Experiment,
     torques: &DivisorTorques,
-    count: usize,
-) -> Vec<Candidate> {
+) -> Option<Fitted> {
     let mut residuals = refit.joints.iter().flatten();
     if residuals.any(|residual| residual.relative_error < MATTERS) {
-        return Vec::new();
+        return None;
     }
     let squares = relative_squares(refit);
     let finalist = |alternative| Finalist {
@@ -204,8 +263,8 @@ fn fitted_directly(
         group.constants.iter().map(|of| finalist(group.alternative.with_constant(*of))).collect()
     };
     let tried = groups.iter().filter(|of| of.is_fitted_directly()).flat_map(of_group);
-    let judged = tried.filter_map(|of| of.judge(refit, logged, torques, count));
-    judged.max_by(|one, other| one.evidence.total_cmp(&other.evidence)).into_iter().collect()
+    let fitted = tried.map(|of| of.fit(refit, logged, torques));
+    fitted.max_by(|one, other| one.gain().total_cmp(&other.gain()))
 }
 
 /// Alternative that passed the screening.
@@ -225,10 +284,7 @@ fn finalists(
     torques: &DivisorTorques,
 ) -> Option<Vec<Finalist>> {
     let before = screen.configured()?;
-    let gain = |after: &[f64]| {
-        let ratios = before.iter().zip(after).filter(|(before, _)| **before > 0.0);
-        ratios.map(|(before, after)| 0.5 * (before / after.max(f64::MIN_POSITIVE)).ln()).sum()
-    };
+    let gain = |after: &[f64]| gains([&before, after]).sum::<f64>();
     let mut screened: Vec<Finalist> = Vec::new();
     for Group { alternative, constants } in groups.iter().filter(|of| !of.is_fitted_directly()) {
         let mut score = |constant: f64| -> Option<(f64, Vec<f64>)> {
@@ -270,54 +326,84 @@ fn finalists(
 /// Returns the place of the maximum in an interval, by golden-section search of the logarithm.
 fn refined([low, high]: [f64; 2], mut score: impl FnMut(f64) -> f64) -> f64 {
     const SHARE: f64 = 0.618_033_988_749_894_9;
+    let mut scored = |place: f64| (place, score(place.exp()));
     let (mut low, mut high) = (low.ln(), high.ln());
+    let mut first = scored(high - SHARE * (high - low));
+    let mut second = scored(low + SHARE * (high - low));
     for _ in 0..REFINING_STEPS {
-        let (first, second) = (high - SHARE * (high - low), low + SHARE * (high - low));
-        if score(first.exp()) > score(second.exp()) {
-            high = second;
+        if first.1 > second.1 {
+            high = second.0;
+            second = first;
+            first = scored(high - SHARE * (high - low));
         } else {
-            low = first;
+            low = first.0;
+            first = second;
+            second = scored(low + SHARE * (high - low));
         }
     }
     (0.5 * (low + high)).exp()
 }
 
 impl Finalist {
-    /// Fits the alternative, and compares it with the configured reading.
-    fn judge(
-        self,
-        refit: &Refit<'_>,
-        logged: &Experiment,
-        torques: &DivisorTorques,
-        count: usize,
-    ) -> Option<Candidate> {
-        let Self { alternative, is_inside, squares: [before, after], .. } = self;
-        let corrected = alternative.corrected(logged, refit.context.robot.transmission());
-        let model = model_of(&alternative, &refit.context.model);
-        let rows = |of: &Refit<'_>| -> Vec<f64> {
-            of.joints.iter().map(|of| of.map_or(0.0, |of| of.effective_rows)).collect()
-        };
-        let (rows, squares) = match Refit::new(&refit.context, &corrected, &model) {
-            Ok(better) => {
-                let [rows, after] = [rows(&better), relative_squares(&better)]
-                    .map(|figures| alternative.by_configured_torque(figures));
-                (rows, [relative_squares(refit), after])
-            }
-            // Another gravity may make parameters unidentifiable, which the screening permits.
-            Err(_) => (rows(refit), [before, after]),
-        };
+    /// Fits the alternative like the configured reading.
+    fn fit(self, refit: &Refit<'_>, logged: &Experiment, torques: &DivisorTorques) -> Fitted {
+        let Self { alternative, is_inside, mut squares, .. } = self;
+        let reading = Reading::new(&alternative, &refit.context, logged);
+        // Listed parameters may not be identifiable with another gravity.
+        let better = reading.refit(&refit.context).ok();
+        if let Some(better) = &better {
+            let after = alternative.by_configured_torque(relative_squares(better));
+            squares = [relative_squares(refit), after];
+        }
         let [before, after] = &squares;
-        let of_joint = |joint: usize| match before[joint] > 0.0 && after[joint] > 0.0 {
-            true => 0.5 * rows[joint] * (before[joint] / after[joint]).ln(),
-            false => 0.0,
+        let matters = is_inside && torques.passes([before, after], LEAVES, MATTERS);
+        Fitted { alternative, squares, matters, solved: better.map(|of| of.solved) }
+    }
+}
+
+/// Alternative that was fitted.
+struct Fitted {
+    alternative: Alternative,
+    /// Squared relative residual of each joint, before and after.
+    squares: [Vec<f64>; 2],
+    matters: bool,
+    /// `None` if it cannot be fitted.
+    solved: Option<Solved>,
+}
+
+impl Fitted {
+    /// Returns the sum of ln(e / e') over the joints.
+    fn gain(&self) -> f64 {
+        gains(self.squares.each_ref().map(Vec::as_slice)).sum()
+    }
+
+    /// Compares the alternative with the configured reading.
+    fn judge(self, refit: &Refit<'_>, filter: &RowFilter, count: usize) -> Option<Candidate> {
+        let rows = match &self.solved {
+            Some(solved) => self.alternative.by_configured_torque(solved.effective_rows(filter)),
+            None => refit.solved.effective_rows(filter),
         };
-        let gain: f64 = (0..rows.len()).map(of_joint).sum();
+        let [before, after] = &self.squares;
+        let gain = likelihood_gain([before, after], &rows);
         let all_rows: f64 = rows.iter().sum();
+        let Self { alternative, matters, .. } = self;
         let choice = if alternative.constant().is_some() { 0.5 * all_rows.ln() } else { 0.0 };
         let evidence = gain - choice - (count as f64).ln();
-        let matters = is_inside && torques.passes([before, after], LEAVES, MATTERS);
-        evidence.is_finite().then_some(Candidate { alternative, evidence, matters })
+        evidence.is_finite().then_some(Candidate { alternative, evidence, matters, rows })
     }
+}
+
+/// Returns ln(e / e') of each joint from the squared errors.
+fn gains([before, after]: [&[f64]; 2]) -> impl Iterator<Item = f64> {
+    before.iter().zip(after).map(|(before, after)| match *before > 0.0 && *after > 0.0 {
+        true => 0.5 * (before / after).ln(),
+        false => 0.0,
+    })
+}
+
+/// Returns Σ_j N_j ln(e_j / e'_j), for the independent rows N of each joint.
+fn likelihood_gain(squares: [&[f64]; 2], rows: &[f64]) -> f64 {
+    gains(squares).zip(rows).map(|(gain, rows)| gain * rows).sum()
 }
 
 fn relative_squares(refit: &Refit<'_>) -> Vec<f64> {

@@ -6,8 +6,8 @@ use crate::identification::observation::{
     Motion, filtered_motion, filtered_torque, fitted_matrix, torque_equation,
 };
 use crate::identification::problem::{Context, Experiment, IdentificationError, Method};
-use crate::regression::ResidualAnalysis;
-use didim_dynamics::dynamics::Model;
+use crate::regression::{Observations, ResidualAnalysis, RowFilter, Solution};
+use didim_dynamics::dynamics::{BaseParameters, Model};
 
 /// Number of samples used. Wrong readings are present from the first sample on.
 pub(super) const INSPECTED: usize = 1 << 14;
@@ -19,8 +19,6 @@ pub(super) struct JointResidual {
     pub(super) relative_error: f64,
     /// Root mean square of the torque \[N·m or N\].
     pub(super) torque: f64,
-    /// Number of independent rows, by the autocorrelation of the residual.
-    pub(super) effective_rows: f64,
 }
 
 /// Least-squares solution with other signals.
@@ -30,20 +28,40 @@ pub(super) struct Refit<'a> {
     pub(super) motion: Motion,
     /// Filtered torques (r).
     pub(super) torque: DVector<f64>,
-    /// θ.
-    pub(super) parameters: DVector<f64>,
     /// Residual of each joint; `None` if its torque is not recorded.
     pub(super) joints: Vec<Option<JointResidual>>,
+    pub(super) solved: Solved,
+}
+
+/// Equation with its solution.
+pub(super) struct Solved {
+    equation: Observations,
+    solution: Solution,
+}
+
+impl Solved {
+    /// Returns θ.
+    pub(super) fn parameters(&self) -> &DVector<f64> {
+        &self.solution.parameters
+    }
+
+    /// Returns the number of independent rows of each joint, by the autocorrelation of its
+    /// residual. `filter` is that of the rows.
+    pub(super) fn effective_rows(&self, filter: &RowFilter) -> Vec<f64> {
+        let analysis = ResidualAnalysis::new(&self.equation, &self.solution, filter);
+        analysis.spectrum().effective_rows_per_joint()
+    }
 }
 
 impl<'a> Refit<'a> {
-    /// Solves with other signals, for an arm with this model.
+    /// Solves with other signals, for an arm with this model and its base parameters.
     pub(super) fn new(
         context: &Context<'a>,
+        base: &'a BaseParameters,
         experiment: &'a Experiment,
         model: &Model,
     ) -> Result<Self, IdentificationError> {
-        let Context { robot, base, options, .. } = *context;
+        let Context { robot, options, .. } = *context;
         let mut context = Context::new(robot, base, experiment, options, Method::IdimLs)?;
         // Load-dependent friction keeps the same loads.
         context.model = model.clone();
@@ -55,19 +73,14 @@ impl<'a> Refit<'a> {
         let levels = equation.noise_levels(&ordinary.residuals);
         let solution = equation.solve_weighted(&levels).map_err(IdentificationError::Regression)?;
         let errors = equation.residual_statistics(&solution.residuals).relative_error_per_joint;
-        let filter = context.row_filter();
-        let analysis = ResidualAnalysis::new(&equation, &solution, &filter);
-        let effective_rows = analysis.spectrum().effective_rows_per_joint();
         let torques = equation.rms_per_joint(&torque);
         let residual = |joint: usize| {
-            context.has_torque(joint).then(|| JointResidual {
-                relative_error: errors[joint],
-                torque: torques[joint],
-                effective_rows: effective_rows[joint],
-            })
+            context
+                .has_torque(joint)
+                .then(|| JointResidual { relative_error: errors[joint], torque: torques[joint] })
         };
         let joints = (0..robot.joints()).map(residual).collect();
-        let parameters = solution.parameters;
-        Ok(Self { context, motion, torque, parameters, joints })
+        let solved = Solved { equation, solution };
+        Ok(Self { context, motion, torque, joints, solved })
     }
 }

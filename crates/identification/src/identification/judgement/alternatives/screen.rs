@@ -1,6 +1,6 @@
 //! Residuals of alternative readings at some rows, at a small fraction of the cost of a fit.
 
-use nalgebra::{Cholesky, DMatrix, DVector, DVectorView};
+use nalgebra::{Cholesky, DMatrix, DVector, DVectorView, Dyn};
 
 use super::alternative::{Alternative, Lag, Signal};
 use super::refit::Refit;
@@ -35,6 +35,8 @@ pub(super) struct Screen<'s, 'a> {
     /// Rows that follow each other without a gap.
     segments: Vec<Range<usize>>,
     configured: Rows,
+    /// Weight of each joint: 1 divided by its squared configured torque, 0 without torque.
+    weights: Vec<f64>,
     /// Last corrected positions, with their regressor. Several alternatives share them.
     last_corrected: Option<(Alternative, Rows)>,
 }
@@ -45,6 +47,16 @@ struct Rows {
     known_torque: Option<DVector<f64>>,
     /// YᵀY of each joint.
     squares: Vec<DMatrix<f64>>,
+    /// The last weights of the joints, with their normal equations.
+    last_normal: Option<(Vec<f64>, Normal)>,
+}
+
+/// Normal equations.
+struct Normal {
+    /// Scale of each column.
+    scale: DVector<f64>,
+    /// Factor of the scaled matrix.
+    factor: Cholesky<f64, Dyn>,
 }
 
 impl<'s, 'a> Screen<'s, 'a> {
@@ -77,6 +89,9 @@ impl<'s, 'a> Screen<'s, 'a> {
         let factor = context.decimation.factor();
         let torque = DMatrix::from_column_slice(rows, joints, torque.as_slice());
         let segments = segments(samples, factor);
+        let powers = configured.powers(&torque.select_rows(&picked_rows));
+        let weights = powers.iter().map(|power| if *power > 0.0 { 1.0 / power } else { 0.0 });
+        let weights = weights.collect();
         Some(Self {
             context,
             columns,
@@ -85,6 +100,7 @@ impl<'s, 'a> Screen<'s, 'a> {
             torque,
             segments,
             configured,
+            weights,
             last_corrected: None,
         })
     }
@@ -101,29 +117,46 @@ impl<'s, 'a> Screen<'s, 'a> {
 
     /// Returns the squared residual of each joint, relative to its squared torque, with the
     /// configured reading. `None` without a finite solution.
-    pub(super) fn configured(&self) -> Option<Vec<f64>> {
-        self.configured.relative_squares(&self.picked(&self.torque))
+    pub(super) fn configured(&mut self) -> Option<Vec<f64>> {
+        let torque = self.picked(&self.torque);
+        self.configured.relative_squares(&torque, &self.weights)
     }
 
-    /// Returns the same with another reading.
+    /// Returns the same with another reading. `None` also if the arm cannot reach its positions.
     pub(super) fn with(&mut self, alternative: &Alternative) -> Option<Vec<f64>> {
         let torque = self.picked(&self.corrected_torque(alternative));
-        if let Alternative::Gravity { gravity_m_s2 } = alternative {
-            let model = self.context.model.clone().with_gravity(*gravity_m_s2);
+        let weights = alternative.weights(&self.weights);
+        if let Some(gravity_m_s2) = alternative.gravity_m_s2() {
+            let model = self.context.model.clone().with_gravity(gravity_m_s2);
             let [position, velocity, acceleration, _] = self.states.clone();
             let motion = Motion::from_matrices(position, velocity, acceleration);
-            let rows = Rows::new(self.context, &model, &self.columns, &motion)?;
-            return rows.relative_squares(&torque);
+            let mut rows = Rows::new(self.context, &model, &self.columns, &motion)?;
+            return rows.relative_squares(&torque, &weights);
         }
         let Some(of_positions) = alternative.of_positions() else {
-            return self.configured.relative_squares(&torque);
+            return self.configured.relative_squares(&torque, &weights);
         };
         if self.last_corrected.as_ref().is_none_or(|(last, _)| *last != of_positions) {
             let motion = self.corrected_states(&of_positions);
+            if !self.is_reachable(&motion.position) {
+                return None;
+            }
             let rows = Rows::new(self.context, &self.context.model, &self.columns, &motion)?;
             self.last_corrected = Some((of_positions, rows));
         }
-        self.last_corrected.as_ref()?.1.relative_squares(&torque)
+        self.last_corrected.as_mut()?.1.relative_squares(&torque, &weights)
+    }
+
+    /// Returns true unless the positions of a joint span more than its limits allow, and more than
+    /// the configured reading does. A zero may be wrong, so that the limits themselves say nothing.
+    fn is_reachable(&self, position: &DMatrix<f64>) -> bool {
+        let span = |of: DVectorView<'_, f64>| of.max() - of.min();
+        let mut limits = self.context.robot.limits().enumerate();
+        limits.all(|(joint, limits)| {
+            let own = span(position.column(joint));
+            own <= limits.position_max - limits.position_min
+                || own <= span(self.states[0].column(joint))
+        })
     }
 
     fn picked(&self, torque: &DMatrix<f64>) -> DMatrix<f64> {
@@ -134,9 +167,9 @@ impl<'s, 'a> Screen<'s, 'a> {
         let [position, velocity, acceleration, jerk] = &self.states;
         if let Alternative::Late { time_s, .. } = alternative {
             return Motion::from_matrices(
-                position + velocity * *time_s,
-                velocity + acceleration * *time_s,
-                acceleration + jerk * *time_s,
+                position + velocity * time_s.value,
+                velocity + acceleration * time_s.value,
+                acceleration + jerk * time_s.value,
             );
         }
         let transmission = self.context.robot.transmission();
@@ -159,7 +192,7 @@ impl<'s, 'a> Screen<'s, 'a> {
             let Alternative::Late { signal, lag, time_s, .. } = alternative else { return };
             let is_position = *signal == Signal::Position;
             let signal = if is_position { Signal::Position } else { Signal::Torque };
-            let rows = time_s * self.context.rows_hz();
+            let rows = time_s.value * self.context.rows_hz();
             for motor in alternative.late_motors(signal, motors.ncols()) {
                 let column = DVector::from(motors.column(motor));
                 for segment in &self.segments {
@@ -230,26 +263,62 @@ impl Rows {
         let (rows, joints) = states.position.shape();
         let of_joint = |joint: usize| regressor.rows(joint * rows, rows).into_owned();
         let squares = (0..joints).map(of_joint).map(|own| symmetric_product(&own, &own)).collect();
-        Some(Self { regressor, known_torque, squares })
+        Some(Self { regressor, known_torque, squares, last_normal: None })
+    }
+
+    /// Returns the squared torque of each joint that the model has to explain.
+    fn powers(&self, torque: &DMatrix<f64>) -> Vec<f64> {
+        self.explained(torque).column_iter().map(|own| own.norm_squared()).collect()
+    }
+
+    /// Returns the torques without the known ones.
+    fn explained(&self, torque: &DMatrix<f64>) -> DMatrix<f64> {
+        let (rows, joints) = torque.shape();
+        match &self.known_torque {
+            Some(known) => torque - DMatrix::from_column_slice(rows, joints, known.as_slice()),
+            None => torque.clone(),
+        }
     }
 
     /// Returns the squared residual of each joint, relative to its squared torque, after a least
-    /// squares fit of the relative errors of all joints. 0 for a joint without torque.
-    fn relative_squares(&self, torque: &DMatrix<f64>) -> Option<Vec<f64>> {
+    /// squares fit with these weights of the joints. 0 for a joint without torque.
+    fn relative_squares(&mut self, torque: &DMatrix<f64>, weights: &[f64]) -> Option<Vec<f64>> {
         let (rows, joints) = torque.shape();
-        let width = self.regressor.ncols();
-        let mut torque = torque.clone();
-        if let Some(known_torque) = &self.known_torque {
-            torque -= DMatrix::from_column_slice(rows, joints, known_torque.as_slice());
-        }
-        let powers: Vec<f64> = torque.column_iter().map(|own| own.norm_squared()).collect();
-        let (mut normal, mut right) = (DMatrix::zeros(width, width), DVector::zeros(width));
+        let torque = self.explained(torque);
         let products: Vec<DVector<f64>> = (0..joints)
             .map(|joint| self.regressor.rows(joint * rows, rows).tr_mul(&torque.column(joint)))
             .collect();
-        for (joint, power) in powers.iter().enumerate().filter(|(_, power)| **power > 0.0) {
-            normal += &self.squares[joint] / *power;
-            right.axpy(1.0 / power, &products[joint], 1.0);
+        let mut right = DVector::zeros(self.regressor.ncols());
+        for (product, weight) in products.iter().zip(weights) {
+            right.axpy(*weight, product, 1.0);
+        }
+        let solution = self.normal(weights)?.solve(right);
+        let square = |joint: usize| {
+            let power = torque.column(joint).norm_squared();
+            let own = &self.squares[joint] * &solution;
+            let residual = power - 2.0 * products[joint].dot(&solution) + own.dot(&solution);
+            if power > 0.0 { residual.max(0.0) / power } else { 0.0 }
+        };
+        let squares: Vec<f64> = (0..joints).map(square).collect();
+        squares.iter().all(|value| value.is_finite()).then_some(squares)
+    }
+
+    /// Returns the normal equations with these weights of the joints.
+    fn normal(&mut self, weights: &[f64]) -> Option<&Normal> {
+        if self.last_normal.as_ref().is_none_or(|(last, _)| last != weights) {
+            let normal = Normal::new(&self.squares, weights)?;
+            self.last_normal = Some((weights.to_vec(), normal));
+        }
+        self.last_normal.as_ref().map(|(_, normal)| normal)
+    }
+}
+
+impl Normal {
+    fn new(squares: &[DMatrix<f64>], weights: &[f64]) -> Option<Self> {
+        let width = squares.first()?.ncols();
+        let mut normal = DMatrix::zeros(width, width);
+        for (square, weight) in squares.iter().zip(weights).filter(|(_, weight)| **weight > 0.0) {
+            normal += square * *weight;
         }
         let lengths = normal.diagonal().map(f64::sqrt);
         let shortest = SHORTEST * lengths.max();
@@ -259,15 +328,10 @@ impl Rows {
             column *= scale[k];
             column[k] += DEPENDENT;
         }
-        right.component_mul_assign(&scale);
-        let solution = Cholesky::new(normal)?.solve(&right).component_mul(&scale);
-        let square = |joint: usize| {
-            let own = &self.squares[joint] * &solution;
-            let residual =
-                powers[joint] - 2.0 * products[joint].dot(&solution) + own.dot(&solution);
-            if powers[joint] > 0.0 { residual.max(0.0) / powers[joint] } else { 0.0 }
-        };
-        let squares: Vec<f64> = (0..joints).map(square).collect();
-        squares.iter().all(|value| value.is_finite()).then_some(squares)
+        Some(Self { scale, factor: Cholesky::new(normal)? })
+    }
+
+    fn solve(&self, right: DVector<f64>) -> DVector<f64> {
+        self.factor.solve(&right.component_mul(&self.scale)).component_mul(&self.scale)
     }
 }

@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use super::alternative::{Alternative, Lag, Signal};
+use super::alternative::{Alternative, Chosen, Lag, Signal};
 use didim_dynamics::robot::MotorIndex;
 
 impl fmt::Display for Signal {
@@ -35,8 +35,18 @@ impl fmt::Display for Alternative {
             Self::Late { motor, signal, lag, time_s } => late(f, *motor, *signal, *lag, *time_s),
             Self::PositionScale { motor, factor } => write!(
                 f,
-                "with the position of motor {motor} multiplied by {factor:.3}: check its gear \
-                 ratio and its counts per revolution"
+                "with the position of motor {motor} multiplied by {}: check its gear ratio and \
+                 its counts per revolution",
+                Number(*factor)
+            ),
+            Self::TorqueScale { motor, factor } => write!(
+                f,
+                "with the torque of motor {motor} multiplied by {}: check its torque constant, \
+                 its gear ratio and the unit",
+                Number(*factor)
+            ),
+            Self::NoGravity => f.write_str(
+                "without gravity: if the controller removes it from the torques, set `excludes`",
             ),
             Self::Gravity { gravity_m_s2: [x, y, z] } => write!(
                 f,
@@ -47,17 +57,33 @@ impl fmt::Display for Alternative {
     }
 }
 
+/// Number with its standard deviation, to the digits that this justifies.
+struct Number(Chosen);
+
+impl fmt::Display for Number {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self(Chosen { value, standard_deviation }) = *self;
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 6")]
+        let decimals = (1.0 - standard_deviation.log10().floor()).clamp(0.0, 6.0) as usize;
+        write!(f, "{value:.decimals$} ± {standard_deviation:.decimals$}")
+    }
+}
+
 fn late(
     f: &mut fmt::Formatter<'_>,
     motor: Option<MotorIndex>,
     signal: Signal,
     lag: Lag,
-    time_s: f64,
+    time_s: Chosen,
 ) -> fmt::Result {
-    let time_ms = 1e3 * time_s;
+    let in_ms = |time_s: f64| 1e3 * time_s;
+    let time_ms = Number(Chosen {
+        value: in_ms(time_s.value),
+        standard_deviation: in_ms(time_s.standard_deviation),
+    });
     match lag {
-        Lag::LowPass => write!(f, "without a low-pass of about {time_ms:.0} ms ")?,
-        Lag::Delay => write!(f, "without a delay of about {time_ms:.0} ms ")?,
+        Lag::LowPass => write!(f, "without a low-pass of {time_ms} ms ")?,
+        Lag::Delay => write!(f, "without a delay of {time_ms} ms ")?,
     }
     match (motor, signal) {
         (Some(motor), _) => write!(f, "of the {signal} of motor {motor}")?,
