@@ -124,7 +124,10 @@ impl Alternative {
                 let overlap = motor == of_other || motor.is_none() || of_other.is_none();
                 overlap && signal == other
             }
-            (Self::Gravity { .. }, Self::Gravity { .. }) => true,
+            // Gravity along the axes of all joints acts like none.
+            (Self::NoGravity | Self::Gravity { .. }, Self::NoGravity | Self::Gravity { .. }) => {
+                true
+            }
             _ => false,
         }
     }

@@ -25,28 +25,20 @@ const LAG_STEP: f64 = 2.0;
 const SCALES: [f64; 4] = [0.75, 0.9, 1.1, 1.3];
 
 /// Factors of torques that are tried: a few tenths off, and wrong units up to a thousand.
-const TORQUE_SCALES: [f64; 22] = [
+const TORQUE_SCALES: [f64; 14] = [
     1.0 / 1024.0,
-    1.0 / 512.0,
     1.0 / 256.0,
-    1.0 / 128.0,
     1.0 / 64.0,
-    1.0 / 32.0,
     1.0 / 16.0,
-    0.125,
     0.25,
     0.5,
     0.7,
     1.4,
     2.0,
     4.0,
-    8.0,
     16.0,
-    32.0,
     64.0,
-    128.0,
     256.0,
-    512.0,
     1024.0,
 ];
 

@@ -47,6 +47,8 @@ struct Rows {
     known_torque: Option<DVector<f64>>,
     /// YᵀY of each joint.
     squares: Vec<DMatrix<f64>>,
+    /// The last torque of each joint, with its product with the regressor.
+    last_products: Vec<(DVector<f64>, DVector<f64>)>,
     /// The last weights of the joints, with their normal equations.
     last_normal: Option<(Vec<f64>, Normal)>,
 }
@@ -263,7 +265,9 @@ impl Rows {
         let (rows, joints) = states.position.shape();
         let of_joint = |joint: usize| regressor.rows(joint * rows, rows).into_owned();
         let squares = (0..joints).map(of_joint).map(|own| symmetric_product(&own, &own)).collect();
-        Some(Self { regressor, known_torque, squares, last_normal: None })
+        let none = || (DVector::zeros(0), DVector::zeros(0));
+        let last_products = core::iter::repeat_with(none).take(joints).collect();
+        Some(Self { regressor, known_torque, squares, last_products, last_normal: None })
     }
 
     /// Returns the squared torque of each joint that the model has to explain.
@@ -285,18 +289,21 @@ impl Rows {
     fn relative_squares(&mut self, torque: &DMatrix<f64>, weights: &[f64]) -> Option<Vec<f64>> {
         let (rows, joints) = torque.shape();
         let torque = self.explained(torque);
-        let products: Vec<DVector<f64>> = (0..joints)
-            .map(|joint| self.regressor.rows(joint * rows, rows).tr_mul(&torque.column(joint)))
-            .collect();
         let mut right = DVector::zeros(self.regressor.ncols());
-        for (product, weight) in products.iter().zip(weights) {
-            right.axpy(*weight, product, 1.0);
+        for (joint, (last, product)) in self.last_products.iter_mut().enumerate() {
+            // Most alternatives change the torque of one joint.
+            if *last != torque.column(joint) {
+                *last = torque.column(joint).into_owned();
+                *product = self.regressor.rows(joint * rows, rows).tr_mul(last);
+            }
+            right.axpy(weights[joint], product, 1.0);
         }
         let solution = self.normal(weights)?.solve(right);
+        let products = &self.last_products;
         let square = |joint: usize| {
             let power = torque.column(joint).norm_squared();
             let own = &self.squares[joint] * &solution;
-            let residual = power - 2.0 * products[joint].dot(&solution) + own.dot(&solution);
+            let residual = power - 2.0 * products[joint].1.dot(&solution) + own.dot(&solution);
             if power > 0.0 { residual.max(0.0) / power } else { 0.0 }
         };
         let squares: Vec<f64> = (0..joints).map(square).collect();

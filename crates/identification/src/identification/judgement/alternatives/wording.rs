@@ -46,7 +46,8 @@ impl fmt::Display for Alternative {
                 Number(*factor)
             ),
             Self::NoGravity => f.write_str(
-                "without gravity: if the controller removes it from the torques, set `excludes`",
+                "without gravity: check whether the controller removes it from the torques \
+                 (`excludes`), and how the arm is mounted",
             ),
             Self::Gravity { gravity_m_s2: [x, y, z] } => write!(
                 f,
