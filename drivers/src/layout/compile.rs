@@ -256,8 +256,11 @@ fn names_of(
 ) -> Result<Vec<String>, LayoutError> {
     match names {
         SignalNames::Pattern(pattern) => {
-            let name = |axis: usize| pattern.replace("{axis}", &axis.to_string());
-            Ok((1..=axes).map(name).collect())
+            let name = |index: usize| {
+                let pattern = pattern.replace("{axis}", &(index + 1).to_string());
+                pattern.replace("{index}", &index.to_string())
+            };
+            Ok((0..axes).map(name).collect())
         }
         SignalNames::Listed(names) if names.len() == axes => Ok(names.clone()),
         SignalNames::Listed(names) => {
