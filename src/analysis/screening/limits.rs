@@ -116,8 +116,9 @@ impl fmt::Display for LimitExcess {
                 Cause::Wrap { time_s } =>
                     format!("it jumps by a turn after {time_s:.3} s: set `wraps` in the cell"),
                 Cause::Turns { turns } => format!(
-                    "all of them are within the limits after {turns} turns ({} rad) less: set \
+                    "all of them are within the limits after {turns} turn{} ({} rad) less: set \
                     `zero` of the positions in the cell",
+                    if turns.abs() == 1.0 { "" } else { "s" },
                     significant_digits(turns * core::f64::consts::TAU, 6)
                 ),
                 Cause::PositionUnit if revolute => "degrees in place of radians?".to_owned(),
