@@ -28,6 +28,10 @@ fn counts_are_angles_by_sign_scale_and_zero() {
     assert!(close(self::scales(&per_count).unwrap().position_rad(0, -8.0), -2.0));
 }
 
+/// A drive with a position in turns.
+const TURNS: &str = "position = { scale = SCALE, sign = 1, zero = 0.5, wraps = \"refuse\", \
+    provenance = \"a\" }\ntorque = { scale = \"nm\", sign = 1, provenance = \"a\" }";
+
 /// Drives that number themselves from 0 and count turns, as an ODrive does.
 #[test]
 fn turns_of_drives_that_count_from_0_are_angles() {
@@ -45,13 +49,9 @@ fn turns_of_drives_that_count_from_0_are_angles() {
         position = { signal = \"Axis{index}_State.Pos\", valid = \"instant\" }\n\
         torque = { signal = \"Axis{index}_State.Trq\", valid = \"instant\" }\n";
     let layout = CompiledLayout::compile(&dbc, &toml::from_str(spec).unwrap()).unwrap();
-    let drives = |scale: &str| {
-        let text = format!(
-            "position = {{ scale = {scale}, sign = 1, zero = 0.5, wraps = \"refuse\", provenance = \
-            \"a\" }}\ntorque = {{ scale = \"nm\", sign = 1, provenance = \"a\" }}"
-        );
-        Scales::new(&[toml::from_str(&text).unwrap(), toml::from_str(&text).unwrap()], &layout)
-    };
+    let drive =
+        |scale: &str| -> DriveSpec { toml::from_str(&TURNS.replace("SCALE", scale)).unwrap() };
+    let drives = |scale: &str| Scales::new(&[drive(scale), drive(scale)], &layout);
     assert!(close(drives("\"rev\"").unwrap().position_rad(1, 1.75), 1.25 * TAU));
     let error = drives("\"rad\"").unwrap_err();
     assert!(matches!(error, UnitsError::WrongUnit { .. }), "{error}");

@@ -256,10 +256,8 @@ fn names_of(
 ) -> Result<Vec<String>, LayoutError> {
     match names {
         SignalNames::Pattern(pattern) => {
-            let name = |index: usize| {
-                let pattern = pattern.replace("{axis}", &(index + 1).to_string());
-                pattern.replace("{index}", &index.to_string())
-            };
+            let numbered = |index: usize| pattern.replace("{axis}", &(index + 1).to_string());
+            let name = |index: usize| numbered(index).replace("{index}", &index.to_string());
             Ok((0..axes).map(name).collect())
         }
         SignalNames::Listed(names) if names.len() == axes => Ok(names.clone()),
