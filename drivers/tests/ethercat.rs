@@ -352,33 +352,105 @@ fn what_is_no_capture_is_refused() {
     says(&refusal(&damaged), &["byte 0", "impossible length"]);
 }
 
-/// The classic format, either order of bytes, µs or ns: the same packets.
-#[test]
-fn pcap_says_what_pcapng_does() {
-    let expected = read(TWO_DRIVES, &layout()).unwrap().0;
-    let mut capture = Capture::new(TWO_DRIVES, Path::new("a"));
+/// Stamps \[ns\] and Ethernet frames of a capture.
+fn packets_of(capture: &[u8]) -> Vec<(u64, Vec<u8>)> {
+    let mut capture = Capture::new(capture, Path::new("a"));
     let mut packets = Vec::new();
     while let Some(packet) = capture.next_packet().unwrap() {
         packets.push((packet.stamp_ns, packet.bytes.to_vec()));
     }
-    for (magic, nanoseconds) in [(0xA1B2_C3D4_u32, false), (0xA1B2_3C4D, true)] {
-        for big in [false, true] {
-            let word = |word: u32| if big { word.to_be_bytes() } else { word.to_le_bytes() };
-            let mut file = [magic, 0, 0, 0, 65_535, 1].map(word).concat();
-            for (stamp_ns, bytes) in &packets {
-                let fraction =
-                    (stamp_ns % 1_000_000_000) as u32 / if nanoseconds { 1 } else { 1_000 };
-                let length = bytes.len() as u32;
-                let header = [(stamp_ns / 1_000_000_000) as u32, fraction, length, length];
-                file.extend(header.map(word).concat());
-                file.extend(bytes);
-            }
-            let samples = read(&file, &layout()).unwrap().0;
-            let difference_ns = samples[0].stamp_ns.abs_diff(expected[0].stamp_ns);
-            assert!(samples.len() == 40 && difference_ns < if nanoseconds { 1 } else { 1_000 });
-            assert_eq!(samples[39].motor_position_rad, expected[39].motor_position_rad);
+    packets
+}
+
+/// The form of a pcap file: its link type, stamps in ns in place of µs, big endian, and the most
+/// bytes of a packet.
+#[derive(Clone, Copy)]
+struct PcapForm {
+    link: u32,
+    nanoseconds: bool,
+    big: bool,
+    snap: usize,
+}
+
+const ETHERNET: PcapForm = PcapForm { link: 1, nanoseconds: true, big: false, snap: 65_535 };
+
+impl PcapForm {
+    fn file(self, packets: &[(u64, Vec<u8>)]) -> Vec<u8> {
+        let word = |word: u32| if self.big { word.to_be_bytes() } else { word.to_le_bytes() };
+        let magic = if self.nanoseconds { 0xA1B2_3C4D } else { 0xA1B2_C3D4_u32 };
+        let mut file = [magic, 0, 0, 0, self.snap as u32, self.link].map(word).concat();
+        for (stamp_ns, bytes) in packets {
+            let unit_ns = if self.nanoseconds { 1 } else { 1_000 };
+            let fraction = (stamp_ns % 1_000_000_000) as u32 / unit_ns;
+            let captured = &bytes[..bytes.len().min(self.snap)];
+            let lengths = [captured.len() as u32, bytes.len() as u32];
+            let header = [(stamp_ns / 1_000_000_000) as u32, fraction, lengths[0], lengths[1]];
+            file.extend(header.map(word).concat());
+            file.extend(captured);
+        }
+        file
+    }
+}
+
+/// The classic format, either order of bytes, µs or ns: the same packets.
+#[test]
+fn pcap_says_what_pcapng_does() {
+    let expected = read(TWO_DRIVES, &layout()).unwrap().0;
+    for (nanoseconds, big) in [(false, false), (false, true), (true, false), (true, true)] {
+        let file = PcapForm { nanoseconds, big, ..ETHERNET }.file(&packets_of(TWO_DRIVES));
+        let samples = read(&file, &layout()).unwrap().0;
+        let difference_ns = samples[0].stamp_ns.abs_diff(expected[0].stamp_ns);
+        assert!(samples.len() == 40 && difference_ns < if nanoseconds { 1 } else { 1_000 });
+        assert_eq!(samples[39].motor_position_rad, expected[39].motor_position_rad);
+    }
+}
+
+/// A packet of Linux's interface `any`: kind of packet, kind of interface, length of the address,
+/// address, EtherType.
+fn cooked(frame: &[u8]) -> Vec<u8> {
+    [&[0, 4, 0, 1, 0, 6], &frame[6..12], &[0, 0], &frame[12..]].concat()
+}
+
+/// Its version 2: EtherType, reserved, number and kind of the interface, kind of packet, length,
+/// address.
+fn cooked_2(frame: &[u8]) -> Vec<u8> {
+    let address = [&[0, 0, 0, 0, 0, 2, 0, 1, 4, 6], &frame[6..12], &[0, 0]].concat();
+    [&frame[12..14], &address, &frame[14..]].concat()
+}
+
+/// EtherCAT in UDP over IPv4.
+fn udp(frame: &[u8]) -> Vec<u8> {
+    let ip = [&[0x08, 0, 0x45][..], &[0; 8], &[17], &[0; 10]].concat();
+    let header = [0x88, 0xA4, 0x88, 0xA4, 0, 0, 0, 0];
+    [&frame[..12], &ip, &header, &frame[14..]].concat()
+}
+
+/// `tcpdump -i any` has a header of its own in place of that of Ethernet, and EtherCAT can be in
+/// UDP: the samples are the same.
+#[test]
+fn other_headers_around_ethercat_give_the_same_samples() {
+    let expected = read(TWO_DRIVES, &layout()).unwrap().0;
+    let packets = packets_of(TWO_DRIVES);
+    let with = |change: fn(&[u8]) -> Vec<u8>| {
+        packets.iter().map(|(ns, bytes)| (*ns, change(bytes))).collect::<Vec<_>>()
+    };
+    for file in [
+        PcapForm { link: 113, ..ETHERNET }.file(&with(cooked)),
+        PcapForm { link: 276, ..ETHERNET }.file(&with(cooked_2)),
+        ETHERNET.file(&with(udp)),
+    ] {
+        let samples = read(&file, &layout()).unwrap().0;
+        assert_eq!(samples.len(), 40);
+        for (sample, expected) in samples.iter().zip(&expected) {
+            assert_eq!(sample.motor_position_rad, expected.motor_position_rad);
+            assert_eq!(sample.motor_torque_nm, expected.motor_torque_nm);
+            assert_eq!(sample.stamp_ns, expected.stamp_ns);
         }
     }
+    let refusal = |form: PcapForm| read(&form.file(&packets), &layout()).unwrap_err();
+    let count = packets.len();
+    says(&refusal(PcapForm { snap: 32, ..ETHERNET }), &[&format!("of {count}"), "-s 0"]);
+    says(&refusal(PcapForm { link: 105, ..ETHERNET }), &[&format!("none of {count}"), "Ethernet"]);
 }
 
 /// Small and the same every time: xorshift.

@@ -4,7 +4,7 @@ use core::time::Duration;
 use std::path::{Path, PathBuf};
 
 use didim_drivers::frame::{Direction, Frame, FrameKind};
-use didim_drivers::source::{Received, Source, SourceError, TextLog};
+use didim_drivers::source::{BlfSource, InterfaceName, Received, Source, SourceError, TextLog};
 
 fn golden(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden").join(name)
@@ -19,7 +19,17 @@ fn drain(source: &mut impl Source) -> Result<Vec<Frame>, SourceError> {
 }
 
 fn read(name: &str) -> Vec<Frame> {
-    drain(&mut TextLog::open(&golden(name), &[]).unwrap()).unwrap()
+    match name.ends_with(".blf") {
+        true => drain(&mut BlfSource::open(&golden(name), &[]).unwrap()).unwrap(),
+        false => drain(&mut TextLog::open(&golden(name), &[]).unwrap()).unwrap(),
+    }
+}
+
+/// A binary log from memory.
+fn binary(bytes: &[u8], length: usize) -> Result<Vec<Frame>, String> {
+    let log = BlfSource::new(bytes, length as u64, Path::new("a.blf"), &[]);
+    let mut log = log.map_err(|error| error.to_string())?;
+    drain(&mut log).map_err(|error| error.to_string())
 }
 
 #[test]
@@ -29,12 +39,18 @@ fn logs_of_vector_and_peak_hold_the_frames_of_candump() {
         ("classic_v1_0.trc", "classic.log", 18, false),
         ("classic_v2_1.trc", "classic.log", 18, true),
         ("all.asc", "all.log", 29, true),
+        ("all.blf", "all.log", 29, true),
+        // That library drops what remains of the last container.
+        ("small.blf", "all.log", 27, true),
     ] {
         let (found, expected) = (read(log), read(of));
         let start_ns = expected[0].stamp_ns;
-        assert_eq!((found.len(), expected.len()), (count, count), "{log}");
+        assert!(found.len() == count && expected.len() >= count, "{log}: {}", found.len());
         for (found, expected) in found.iter().zip(&expected) {
-            assert_eq!(found.stamp_ns, expected.stamp_ns - start_ns, "{log}");
+            // That library rounds the stamps of a binary log towards zero.
+            let is_binary = log.ends_with(".blf");
+            let difference_ns = found.stamp_ns.abs_diff(expected.stamp_ns - start_ns);
+            assert!(difference_ns <= u64::from(is_binary) * 1_000, "{log}: {difference_ns} ns");
             assert_eq!(found.is_error(), expected.is_error(), "{log}");
             if found.is_error() {
                 continue;
@@ -108,4 +124,48 @@ fn what_is_damaged_is_named_by_its_line() {
         }
         assert!(refused > 20, "{name}: {refused}");
     }
+}
+
+#[test]
+fn a_binary_log_is_read_up_to_its_last_complete_object() {
+    let complete = std::fs::read(golden("small.blf")).unwrap();
+    let all = binary(&complete, complete.len()).unwrap();
+    let open = |bytes: &[u8]| {
+        BlfSource::new(bytes, bytes.len() as u64, Path::new("a.blf"), &[]).unwrap().is_unfinished()
+    };
+    assert!(!open(&complete) && open(&complete[..complete.len() - 1]));
+    let mut counts = Vec::new();
+    for cut in (144..complete.len()).step_by(5) {
+        let frames = binary(&complete[..cut], cut).unwrap();
+        assert_eq!(frames, all[..frames.len()]);
+        counts.push(frames.len());
+    }
+    assert!(counts.is_sorted() && counts[0] == 0 && counts.last() > Some(&20), "{counts:?}");
+    // Only the interface that is asked for.
+    let other = [InterfaceName::new("can7").unwrap()];
+    let mut log = BlfSource::open(&golden("all.blf"), &other).unwrap();
+    assert_eq!((drain(&mut log).unwrap().len(), log.counters().passed_over), (0, 29));
+}
+
+#[test]
+fn a_damaged_binary_log_is_refused_or_read() {
+    let intact = std::fs::read(golden("all.blf")).unwrap();
+    let refusal = |bytes: &[u8]| binary(bytes, bytes.len()).unwrap_err();
+    assert!(refusal(b"LOGG").starts_with("a.blf, byte 0: no header"));
+    let mut no_object = intact.clone();
+    no_object[144] = b'X';
+    assert!(refusal(&no_object).starts_with("a.blf, byte 144: no object begins there"));
+    let mut long = intact.clone();
+    long[152..156].copy_from_slice(&u32::MAX.to_le_bytes());
+    assert!(refusal(&long).contains("length of an object is impossible"));
+    let mut bomb = intact.clone();
+    bomb[168..172].copy_from_slice(&7_u32.to_le_bytes());
+    assert!(refusal(&bomb).contains("cannot be decompressed"));
+    let mut refused = 0;
+    for at in 0..intact.len() {
+        let mut damaged = intact.clone();
+        damaged[at] ^= 0x15;
+        refused += usize::from(binary(&damaged, damaged.len()).is_err());
+    }
+    assert!(refused > 100, "{refused}");
 }

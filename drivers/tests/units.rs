@@ -4,7 +4,7 @@ use std::f64::consts::{SQRT_2, TAU};
 
 use crate::common::bus::{DRIVES, drives, packed_drives};
 use crate::common::{cia402, cia402_dbc, compile, packed};
-use didim_drivers::layout::{CycleValues, Role};
+use didim_drivers::layout::{CompiledLayout, CycleValues, Role};
 use didim_drivers::units::{DriveSpec, Scales, UnitsError};
 use proptest::prelude::*;
 
@@ -26,6 +26,35 @@ fn counts_are_angles_by_sign_scale_and_zero() {
     assert!(close(scales.reference_rad(3, 100.0 - 8192.0, 0.0), TAU));
     let per_count = DRIVES.replace("counts_per_revolution = 8192", "rad_per_count = 0.25");
     assert!(close(self::scales(&per_count).unwrap().position_rad(0, -8.0), -2.0));
+}
+
+/// A drive with a position in turns.
+const TURNS: &str = "position = { scale = SCALE, sign = 1, zero = 0.5, wraps = \"refuse\", \
+    provenance = \"a\" }\ntorque = { scale = \"nm\", sign = 1, provenance = \"a\" }";
+
+/// Drives that number themselves from 0 and count turns, as an ODrive does.
+#[test]
+fn turns_of_drives_that_count_from_0_are_angles() {
+    let message = |index: usize| {
+        format!(
+            "BO_ {} Axis{index}_State: 6 Drive\n \
+            SG_ Pos : 0|32@1- (0.25,0) [0|0] \"rev\" Controller\n \
+            SG_ Trq : 32|16@1- (1,0) [0|0] \"Nm\" Controller\n",
+            385 + index
+        )
+    };
+    let head = "VERSION \"\"\nNS_ :\nBS_:\nBU_: Drive Controller\nBO_ 128 SYNC: 0 Controller\n";
+    let dbc = format!("{head}{}{}", message(0), message(1));
+    let spec = "axes = 2\nrate_hz = 500.0\nsync = \"SYNC\"\n\
+        position = { signal = \"Axis{index}_State.Pos\", valid = \"instant\" }\n\
+        torque = { signal = \"Axis{index}_State.Trq\", valid = \"instant\" }\n";
+    let layout = CompiledLayout::compile(&dbc, &toml::from_str(spec).unwrap()).unwrap();
+    let drive =
+        |scale: &str| -> DriveSpec { toml::from_str(&TURNS.replace("SCALE", scale)).unwrap() };
+    let drives = |scale: &str| Scales::new(&[drive(scale), drive(scale)], &layout);
+    assert!(close(drives("\"rev\"").unwrap().position_rad(1, 1.75), 1.25 * TAU));
+    let error = drives("\"rad\"").unwrap_err();
+    assert!(matches!(error, UnitsError::WrongUnit { .. }), "{error}");
 }
 
 #[test]

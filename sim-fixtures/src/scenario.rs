@@ -64,6 +64,10 @@ struct RawMotion {
     moves: Vec<Move>,
 }
 
+/// Longest simulated motion with its rests \[s\]. Convention: ten times the longest window of the
+/// shipped cells. A longer one is a mistake in a limit or a rest; repetitions do not count.
+const MAX_MOTION_S: f64 = 600.0;
+
 /// Reason why a scenario was refused.
 #[derive(Debug, thiserror::Error)]
 pub enum ScenarioError {
@@ -125,6 +129,18 @@ pub enum ScenarioError {
         /// Requirement on the value.
         expected: &'static str,
     },
+    /// The motion is too long to be simulated. Raise the limits of speed and acceleration that the
+    /// moves use, or shorten the rests.
+    #[error(
+        "{key}: {duration_s:.4e} s are longer than the longest simulated motion of {MAX_MOTION_S} \
+        s; raise the limits of speed and acceleration, or shorten rests and number of samples"
+    )]
+    TooLong {
+        /// Key of the part that is too long.
+        key: &'static str,
+        /// Its duration \[s\].
+        duration_s: f64,
+    },
     /// The frame of the payload is not on the last link. Name one that is.
     #[error("payload.frame: {0}")]
     Frame(#[from] NoSuchFrame),
@@ -164,6 +180,8 @@ impl Scenario {
         }
         let (limits, trajectory) = plan(raw.motion, raw.playback, &robot)?;
         check_values(&raw.playback, raw.samples)?;
+        let period_s = raw.controller.timing.sample_period_s();
+        check_duration("samples", raw.samples as f64 * period_s)?;
         let standard = match (&raw.nominal, robot.nominal()) {
             (Some(own), _) => standard_values(own, &robot)?,
             (None, Some(nominal)) => nominal.standard_parameters().to_vec(),
@@ -355,6 +373,7 @@ impl Scenario {
     pub fn with_recorded_motion(mut self, motion: SampledReference) -> Result<Self, ScenarioError> {
         check_length("the columns of the motion", self.robot.joints(), motion.joints())?;
         let period_s = self.controller.timing.sample_period_s();
+        check_duration("motion", motion.duration_s())?;
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
@@ -501,6 +520,8 @@ fn check_playback(playback: &PlaybackConfig, trajectory: &Motion) -> Result<(), 
             return Err(ScenarioError::BadValue { key, expected: "finite and not negative" });
         }
     }
+    let rests_s = playback.lead_in_s + playback.tail_s;
+    check_duration("motion", trajectory.duration_s() + rests_s)?;
     let n = trajectory.joints();
     let [mut start, mut end, mut unused, mut rates] = [(); 4].map(|()| vec![0.0; n]);
     trajectory.evaluate(0.0, &mut start, &mut unused, &mut rates);
@@ -512,6 +533,13 @@ fn check_playback(playback: &PlaybackConfig, trajectory: &Motion) -> Result<(), 
         });
     }
     Ok(())
+}
+
+fn check_duration(key: &'static str, duration_s: f64) -> Result<(), ScenarioError> {
+    match duration_s <= MAX_MOTION_S {
+        true => Ok(()),
+        false => Err(ScenarioError::TooLong { key, duration_s }),
+    }
 }
 
 fn check_values(playback: &PlaybackConfig, samples: usize) -> Result<(), ScenarioError> {

@@ -4,7 +4,7 @@
 use didim_dynamics::dynamics::{Model, Workspace};
 use didim_dynamics::robot::{JointIndex, Robot};
 use didim_dynamics::simulation::{ClosedLoop, InitialState, SimulationError};
-use didim_dynamics::trajectory::Reference;
+use didim_dynamics::trajectory::{Reference, SampledReference};
 use didim_sim::{PlaybackConfig, Scenario, ScenarioError, tx40_paper, tx40_physical};
 use nalgebra::DMatrix;
 
@@ -140,6 +140,28 @@ fn what_is_wrong_with_a_scenario_is_said() {
     assert!(error.to_string().contains("kp_per_rad"), "{error}");
     let error = refusal(&PAPER.replace("lead_in_s = 0.5", "lead_in_s = -0.5"));
     assert!(error.to_string().contains("playback.lead_in_s"), "{error}");
+}
+
+/// A limit that is nearly 0 makes a motion that never ends.
+#[test]
+fn a_motion_is_bounded() {
+    let with = |from: &str, to: &str| refusal(&PAPER.replacen(from, to, 1));
+    let accelerations = "acceleration_max_rad_s2 = [20.0, 20.0,";
+    for (from, to, key, least_s) in [
+        (accelerations, "acceleration_max_rad_s2 = [20.0, 1e-308,", "motion", 1e150),
+        (accelerations, "acceleration_max_rad_s2 = [20.0, 1e-3,", "motion", 601.0),
+        ("lead_in_s = 0.5", "lead_in_s = 1e9", "motion", 1e9),
+        ("samples = 34500", "samples = 1000000000000", "samples", 2e8),
+    ] {
+        let error = with(from, to);
+        let ScenarioError::TooLong { key: found, duration_s } = &error else { panic!("{error}") };
+        assert!(*found == key && *duration_s >= least_s, "{error}");
+        assert!(error.to_string().len() < 200, "{error}");
+    }
+    let points = DMatrix::from_element(3, 6, 0.0);
+    let slow = SampledReference::new(1e-300, &points).unwrap();
+    let error = tx40_paper().unwrap().with_recorded_motion(slow).unwrap_err();
+    assert!(matches!(error, ScenarioError::TooLong { key: "motion", .. }), "{error}");
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use didim_drivers::ethercat::Capture;
-use didim_drivers::source::{InterfaceName, TextLog};
+use didim_drivers::source::{BlfSource, InterfaceName, TextLog};
 use didim_formats::{
     BagError, Record, TableError, foreign_container, is_parquet, is_sqlite, read_bag, read_table,
 };
@@ -51,7 +51,10 @@ pub fn recording_source(path: &Path, is_stream: bool, cell: &Cell) -> SignalSour
     let has_bus = cell.bus().is_ok();
     let is_text = is("csv") || path.to_string_lossy().to_lowercase().ends_with(".csv.gz");
     let is_table = is_text || is_parquet(path);
-    let is_log_by_content = || is_mcap(path) || Capture::is_one(path) || TextLog::is_one(path);
+    let is_log_by_content = || {
+        let is_binary = is_mcap(path) || Capture::is_one(path) || BlfSource::is_one(path);
+        is_binary || TextLog::is_one(path)
+    };
     let is_log = (has_bus && !is_stream) || is_log_by_content();
     if is_table || !is_log { SignalSource::Table } else { SignalSource::Bus }
 }
@@ -60,8 +63,8 @@ pub fn recording_source(path: &Path, is_stream: bool, cell: &Cell) -> SignalSour
 ///
 /// - A name that ends in `.csv` or `.csv.gz`, or a Parquet file: a table.
 /// - A folder, an MCAP or SQLite file: a ROS 2 bag, if the cell asks for one.
-/// - A log (candump, ASC, TRC), an MCAP recording or an EtherCAT capture, by its first bytes. With
-///   a bus, anything else as well.
+/// - A log (candump, ASC, TRC, BLF), an MCAP recording or an EtherCAT capture, by its first bytes.
+///   With a bus, anything else as well.
 /// - Anything else: a table.
 ///
 /// `sample_rate_hz` is the rate of a table without a time column. `interfaces` are those of a log

@@ -6,7 +6,7 @@ use didim_drivers::layout::LayoutError;
 use didim_drivers::units::UnitsError;
 use didim_dynamics::dynamics::BaseParametersError;
 use didim_dynamics::robot::RobotError;
-use didim_formats::UrdfError;
+use didim_formats::{TextKind, UrdfError};
 
 use super::mistyped::WrongKey;
 use super::open::OpenKey;
@@ -43,6 +43,16 @@ pub enum CellError {
         file: PathBuf,
         /// Message of the parser, with line and key.
         source: Box<toml::de::Error>,
+    },
+    /// The file is of another kind. Name the right file in its place.
+    #[error("{}: this is {kind}, not {wanted}", file.display())]
+    OtherKind {
+        /// The file.
+        file: PathBuf,
+        /// Its kind.
+        kind: TextKind,
+        /// The file that is needed, and the remedy.
+        wanted: &'static str,
     },
     /// The file has open values. Replace the question marks by values.
     #[error(

@@ -7,7 +7,7 @@ use didim_dynamics::SignalTiming;
 use didim_dynamics::dynamics::{BaseParameters, Model};
 use didim_dynamics::robot::Robot;
 use didim_dynamics::simulation::SetupError;
-use didim_formats::{BagSpec, Columns};
+use didim_formats::{BagSpec, Columns, TextKind};
 use didim_identification::identification::{IdentificationError, Options, PositionFilter};
 
 use super::file::Cutoff;
@@ -115,6 +115,11 @@ fn parse(path: &Path, text: &str) -> Result<CellFile, Faults> {
     }
     toml::from_str(text).map_err(|source: toml::de::Error| {
         let file = path.to_path_buf();
+        if let Some(kind) = TextKind::detect(text).filter(|kind| *kind != TextKind::Cell) {
+            let wanted = "a cell file; `didim new CELL.toml --robot ARM.urdf --log RECORDING` \
+                writes one";
+            return CellError::OtherKind { file, kind, wanted }.into();
+        }
         let first_line = source.span().map(|span| mistyped::line_at(text, span.start));
         let others = mistyped::wrong_keys(text).into_iter();
         let others = others.filter(|other| Some(other.line) != first_line);

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use didim_dynamics::robot::{Robot, RobotError};
-use didim_formats::{UrdfArm, UrdfDrives, UrdfNote};
+use didim_formats::{TextKind, UrdfArm, UrdfDrives, UrdfNote};
 
 use super::CellError;
 use super::file::UrdfSection;
@@ -45,7 +45,13 @@ impl RobotSource {
         section: Option<&UrdfSection>,
     ) -> Result<Self, CellError> {
         if !is_urdf(file, &text) {
-            let wrong = |source| CellError::Robot { file: file.to_path_buf(), source };
+            let wrong = |source| match TextKind::detect(&text) {
+                Some(kind) if kind != TextKind::Robot => {
+                    let wanted = "a URDF or a robot file";
+                    CellError::OtherKind { file: file.to_path_buf(), kind, wanted }
+                }
+                _ => CellError::Robot { file: file.to_path_buf(), source },
+            };
             let robot = Robot::from_toml(&text).map_err(wrong)?;
             return Ok(Self { robot, toml: text, urdf: None });
         }

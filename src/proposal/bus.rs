@@ -60,6 +60,7 @@ pub(super) fn drives(
         let scale = match unit(draft, "position", axis).as_deref() {
             Some("rad") => Guess::from_file(quote_text("rad"), named),
             Some("deg" | "°") => Guess::from_file(quote_text("deg"), named),
+            Some("rev" | "revs" | "turn" | "turns") => Guess::from_file(quote_text("rev"), named),
             _ => Guess::without_value(
                 "{ counts_per_revolution = … } of the motor, { rad_per_count = … } or \"rad\"",
             ),

@@ -5,13 +5,14 @@ use std::path::{Path, PathBuf};
 use didim_drivers::frame::FrameId;
 use didim_drivers::layout::{Database, NamedSignal};
 use didim_dynamics::MAX_JOINTS;
-use didim_formats::AXIS_PLACEHOLDER;
+use didim_formats::{AXIS_PLACEHOLDER, INDEX_PLACEHOLDER};
 
 use super::bus::{VALIDITY_QUESTION, drives, propose_bus_and_windows, rate, rate_hz};
 use super::draft::Draft;
 use super::evidence::{Evidence, ProposalError, relative_to_cell};
 use super::names::{
-    ColumnGroup, ColumnMeaning, column_meaning, is_measured, numbered_groups, split_words,
+    ColumnGroup, ColumnMeaning, axis_name, column_meaning, is_measured, numbered_groups,
+    split_words,
 };
 use super::table::{choose_group, choose_torque_group};
 use super::value::{Guess, list_text, quote_text};
@@ -80,8 +81,7 @@ impl DbcSignals<'_> {
             .filter_map(|name| self.find(name).map(|signal| signal.id))
             .collect();
         let packed = of_signals.first().filter(|first| of_signals.iter().all(|id| id == *first));
-        let reference =
-            self.find_reference().map(|group| vec![group.name().replace(AXIS_PLACEHOLDER, "1")]);
+        let reference = self.find_reference().map(|group| vec![axis_name(group.name(), 0)]);
         // The command begins the cycle if the drives send their frames in answer to it.
         let once = reference.or(self.find_position().ok());
         let once = once.and_then(|names| self.find(names.first()?));
@@ -127,14 +127,12 @@ impl DbcSignals<'_> {
     /// Returns the position signal of each axis.
     fn find_position(&self) -> Result<Vec<String>, String> {
         let each = |pattern: &str| -> Vec<String> {
-            (1..=self.axes)
-                .map(|axis| pattern.replace(AXIS_PLACEHOLDER, &axis.to_string()))
-                .collect()
+            (0..self.axes).map(|axis| axis_name(pattern, axis)).collect()
         };
         let group = choose_group(&self.groups, ColumnMeaning::Position);
         let unit = |name: &String| self.find(name).is_some_and(|signal| !signal.unit.is_empty());
         let without = match &group {
-            Ok(ColumnGroup::Numbered(pattern)) if pattern.contains(AXIS_PLACEHOLDER) => {
+            Ok(ColumnGroup::Numbered(pattern)) if has_axis(pattern) => {
                 let names = each(pattern);
                 if names.iter().all(unit) {
                     return Ok(names);
@@ -170,7 +168,7 @@ impl DbcSignals<'_> {
         let group = choose_group(&self.groups, ColumnMeaning::Reference).ok()?;
         let unit = |name: &str| self.find(name).map(|signal| signal.unit);
         let position = self.find_position().ok().and_then(|names| unit(names.first()?));
-        let axis_unit = unit(&group.name().replace(AXIS_PLACEHOLDER, "1"));
+        let axis_unit = unit(&axis_name(group.name(), 0));
         (position.is_none() || axis_unit == position).then_some(group)
     }
 
@@ -216,7 +214,7 @@ impl DbcSignals<'_> {
         let group_of = |wanted| choose_group(groups, wanted);
         let signal = |draft: &mut Draft<'_>, what: &str, group: Result<_, String>| {
             let guess = match group {
-                Ok(ColumnGroup::Numbered(pattern)) if pattern.contains(AXIS_PLACEHOLDER) => {
+                Ok(ColumnGroup::Numbered(pattern)) if has_axis(&pattern) => {
                     Guess::assumed(quote_text(&pattern), "by its name")
                 }
                 Ok(group) => Guess::without_value(&format!(
@@ -235,7 +233,7 @@ impl DbcSignals<'_> {
             Guess::assumed(quote_text("arrival"), why)
         };
         match (self.find_position(), group_of(ColumnMeaning::Position)) {
-            (Ok(names), Ok(group)) if names[0] == group.name().replace(AXIS_PLACEHOLDER, "1") => {
+            (Ok(names), Ok(group)) if names[0] == axis_name(group.name(), 0) => {
                 signal(draft, "position", Ok(group));
             }
             (Ok(names), _) => {
@@ -291,7 +289,7 @@ impl DbcSignals<'_> {
     fn signal_unit(&self, draft: &Draft<'_>, what: &str, axis: usize) -> Option<String> {
         let name = match draft.value(&format!("bus.layout.{what}.signal"))? {
             toml::Value::Array(names) => names.get(axis - 1)?.as_str()?.to_owned(),
-            value => value.as_str()?.replace(AXIS_PLACEHOLDER, &axis.to_string()),
+            value => axis_name(value.as_str()?, axis - 1),
         };
         self.find(&name).map(|signal| signal.unit.to_lowercase())
     }
@@ -307,9 +305,13 @@ impl DbcSignals<'_> {
             column_meaning(group.name()).is_some_and(|of| meanings.contains(&of))
         };
         let wanted = self.groups.iter().filter(has);
-        let each = wanted.flat_map(|group| {
-            (1..=self.axes).map(|axis| group.name().replace(AXIS_PLACEHOLDER, &axis.to_string()))
-        });
+        let each =
+            wanted.flat_map(|group| (0..self.axes).map(|axis| axis_name(group.name(), axis)));
         each.collect()
     }
+}
+
+/// Returns true if a pattern has a place for the number of the axis.
+fn has_axis(pattern: &str) -> bool {
+    pattern.contains(AXIS_PLACEHOLDER) || pattern.contains(INDEX_PLACEHOLDER)
 }

@@ -238,7 +238,7 @@ impl ColumnGroup {
 }
 
 /// Returns the name of an axis' column, from 0.
-fn axis_name(pattern: &str, axis: usize) -> String {
+pub(super) fn axis_name(pattern: &str, axis: usize) -> String {
     let numbered = pattern.replace(AXIS_PLACEHOLDER, &(axis + 1).to_string());
     numbered.replace(INDEX_PLACEHOLDER, &axis.to_string())
 }

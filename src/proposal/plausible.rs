@@ -54,6 +54,12 @@ pub(super) struct SignalSurvey<'a> {
 type Gravity = Vec<Option<f64>>;
 
 impl SignalSurvey<'_> {
+    /// Returns the largest absolute value of the torque signals, in their own unit.
+    pub(super) fn largest_torque(&self) -> f64 {
+        let values = self.torque.iter().flatten().map(|value| value.abs());
+        values.fold(0.0, f64::max)
+    }
+
     fn kinds(&self) -> impl Iterator<Item = JointKind> {
         self.robot.chain().iter().map(|joint| joint.kind)
     }

@@ -18,8 +18,12 @@ use super::value::{
     list_text, quote_text,
 };
 use crate::cell::{CURRENT_UNITS, MISSING_VALUE, TORQUE_UNITS};
+use crate::text::significant_digits;
 
 const SECTION_NAME: &str = "data";
+/// Largest plausible current of a joint's drive \[A\]. Convention: far above the peak current of
+/// any servo drive of an arm, and far below a thousand times that of a small one.
+const MAX_CURRENT_A: f64 = 500.0;
 /// Last words of a name that denote its unit.
 const POSITION_UNIT_WORDS: &[(&str, &str)] = &[
     ("rad", "rad"),
@@ -225,7 +229,8 @@ impl TableProposal<'_> {
             .as_ref()
             .is_ok_and(|group| column_meaning(group.name()) == Some(ColumnMeaning::Current));
         let named = self.group_unit(&torque, TORQUE_UNIT_WORDS);
-        let (unit, sign) = torque_guesses(in_si.as_ref(), named, is_current);
+        let current = is_current.then(|| survey.as_ref().map(SignalSurvey::largest_torque));
+        let (unit, sign) = torque_guesses(in_si.as_ref(), named, current);
         draft.add_entry(SECTION_NAME, "torque.unit", unit);
         if draft.has_current("data.torque.unit") {
             let question = "torque of one ampere, on the same side as the positions, for all or a \
@@ -317,11 +322,12 @@ fn position_guess(
     }
 }
 
-/// Proposes the unit and the sign of the torques from the columns' names and the values.
+/// Proposes the unit and the sign of the torques from the columns' names and the values. `current`
+/// is the largest value of columns that are named as currents, if it is known.
 fn torque_guesses(
     in_si: Option<&SignalSurvey<'_>>,
     named: Option<Result<&str, String>>,
-    is_current: bool,
+    current: Option<Option<f64>>,
 ) -> (Guess, Guess) {
     let of_current = |own: &str| CURRENT_UNITS.iter().any(|(unit, _)| *unit == own);
     let newton_metres = match &named {
@@ -351,7 +357,15 @@ fn torque_guesses(
         Some(Ok(own)) if of_current(own) => {
             unit = Guess::from_file(quote_text(own), "the columns' names");
         }
-        None if is_current => {
+        None if current.flatten().is_some_and(|largest| largest > MAX_CURRENT_A) => {
+            let largest = current.flatten().unwrap_or(0.0);
+            unit = Guess::without_value(&format!(
+                "{TORQUE_UNIT_QUESTION}; the columns are named as currents, and their values reach \
+                {}, too much for ampere",
+                significant_digits(largest, 3)
+            ));
+        }
+        None if current.is_some() => {
             unit = Guess::assumed(quote_text("A"), "the columns are named as currents");
         }
         _ => {}

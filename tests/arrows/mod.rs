@@ -50,7 +50,8 @@ const ORDER: [(&str, &str); 14] = [
     (
         "crates/cli/src",
         "lib command bundle stored_result choices first_posture input stream outcome state \
-        required_uses torque_joints frame next names terminal output error notes progress",
+        required_uses torque_joints frame next names terminal output error notes progress \
+        long_numbers",
     ),
     (
         "crates/cli/src/command",

@@ -20,7 +20,7 @@ use didim::service::status::parse_request;
 use didim_drivers::ethercat::Capture;
 use didim_drivers::frame::Frame;
 use didim_drivers::layout::{CompiledLayout, DeviceContents, LayoutSpec};
-use didim_drivers::source::{CaptureSource, McapSource, Received, Source, TextLog};
+use didim_drivers::source::{BlfSource, CaptureSource, McapSource, Received, Source, TextLog};
 use didim_dynamics::dynamics::Model;
 use didim_dynamics::robot::Robot;
 use didim_formats::{
@@ -37,7 +37,7 @@ pub(crate) struct Reader {
 }
 
 /// All of them; what else each has read is in `fuzz/corpus/NAME`.
-pub(crate) const READERS: [Reader; 17] = [
+pub(crate) const READERS: [Reader; 18] = [
     Reader {
         name: "log",
         read: log,
@@ -47,6 +47,11 @@ pub(crate) const READERS: [Reader; 17] = [
             "drivers/tests/golden/classic_v1_0.trc",
             "drivers/tests/golden/classic_v2_1.trc",
         ],
+    },
+    Reader {
+        name: "binary_log",
+        read: binary_log,
+        files: &["drivers/tests/golden/all.blf", "drivers/tests/golden/small.blf"],
     },
     Reader { name: "recording", read: recording, files: &[] },
     Reader {
@@ -184,6 +189,13 @@ fn frames(mut source: impl Source, length: usize) {
 
 fn log(bytes: &[u8]) {
     frames(TextLog::new(bytes, Path::new("a.log"), &[]), bytes.len());
+}
+
+fn binary_log(bytes: &[u8]) {
+    let length = bytes.len() as u64;
+    if let Some(source) = message_of(BlfSource::new(bytes, length, Path::new("a.blf"), &[])) {
+        frames(source, bytes.len());
+    }
 }
 
 fn recording(bytes: &[u8]) {

@@ -158,6 +158,7 @@ macro_rules! tests {
 
 tests!(
     log,
+    binary_log,
     recording,
     capture,
     table,

@@ -80,7 +80,7 @@ start_the_service() {
     root 'systemctl enable --now didim'
     root 'systemctl status didim | head -n 12'
     expect 'Active: active \(running\)' 'Status: "no window open, no estimate yet; no frame has come yet'
-    root 'didim status'
+    refused 3 'didim status'
     expect '^health +no frame has come yet$' '^bus +no frame yet$' '^recording +no frame yet$'
 }
 

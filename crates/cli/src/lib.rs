@@ -12,6 +12,7 @@ mod error;
 mod first_posture;
 mod frame;
 mod input;
+mod long_numbers;
 mod names;
 mod next;
 mod notes;

@@ -12,6 +12,11 @@ pub(super) const RESULT_FILE: &str = "result.json";
 /// File for the report in such a command.
 pub(super) const REPORT_FILE: &str = "report.html";
 
+/// File for the advised motions in such a command.
+pub(super) const MOTION_FILE: &str = "next.csv";
+/// File for the preview of a motion in such a command.
+pub(super) const PREVIEW_FILE: &str = "preview.html";
+
 /// Returns a parser for the name of a method.
 pub(super) fn method_parser() -> impl TypedValueParser<Value = Method> {
     one_of(Method::ALL, |method| PossibleValue::new(method.name()).help(method.long_name()))

@@ -2,6 +2,9 @@
 
 use std::ffi::OsStr;
 use std::fmt;
+use std::path::PathBuf;
+
+use crate::names::REPORT_FILE;
 
 /// A line `next: didim …`.
 pub(crate) struct NextCommand(String);
@@ -16,6 +19,15 @@ impl NextCommand {
     pub(crate) fn repeated() -> Self {
         let words = std::env::args_os().skip(1);
         words.fold(Self("next: didim".to_owned()), |line, word| line.with_argument(&word))
+    }
+
+    /// Repeats the command line of this process with a report. Empty if the command line has one,
+    /// or if its input was a stream, which is over.
+    pub(crate) fn with_report(report: Option<&PathBuf>, is_stream: bool) -> String {
+        match report.is_some() || is_stream {
+            true => String::new(),
+            false => Self::repeated().with_option("--report", REPORT_FILE).to_string(),
+        }
     }
 
     /// Adds an argument, quoted for the shell where it needs it.

@@ -6,6 +6,8 @@ use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
 
+use super::long_numbers::shorten_numbers;
+
 /// Progress bar that is visible on the terminal. It is hidden while other output is written.
 static VISIBLE_BAR: Mutex<Option<ProgressBar>> = Mutex::new(None);
 
@@ -23,12 +25,15 @@ pub(super) fn style_bar(bar: ProgressBar, template: &str) -> ProgressBar {
     bar
 }
 
-/// Writer to standard error. The progress bar is hidden during each write.
+/// Writer to standard error. The progress bar is hidden during each write, and long numbers are
+/// shortened.
 pub(super) struct ProgressWriter;
 
 impl Write for ProgressWriter {
     fn write(&mut self, text: &[u8]) -> std::io::Result<usize> {
-        let write = || std::io::stderr().write_all(text).map(|()| text.len());
+        let shown = str::from_utf8(text).map(shorten_numbers);
+        let shown = shown.as_ref().map_or(text, |shown| shown.as_bytes());
+        let write = || std::io::stderr().write_all(shown).map(|()| text.len());
         match &*visible_bar() {
             Some(bar) => bar.suspend(write),
             None => write(),

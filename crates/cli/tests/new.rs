@@ -336,6 +336,18 @@ fn answers_of_the_wrong_type_are_all_named_next_to_what_is_open() {
 }
 
 #[test]
+fn currents_too_large_for_ampere_are_asked_for_their_unit() {
+    let names = ["time", "q1", "q2", "present_current_1", "present_current_2"];
+    for (factor, unit) in [(0.1, "A"), (1e3, "?")] {
+        let folder = folder(names, [1.0, 1.0, 1.0, factor, factor]);
+        assert_eq!(new(folder.path(), &["--set", "urdf.drive_inertia=false"]).code, Some(0));
+        let cell = fs::read_to_string(folder.path().join("cell.toml")).unwrap();
+        assert!(cell.contains(&format!("torque.unit = \"{unit}\"")), "{factor}: {cell}");
+        assert_eq!(cell.contains("torque.per_ampere"), unit == "A", "{factor}: {cell}");
+    }
+}
+
+#[test]
 fn joints_that_never_move_are_named_before_anything_is_fitted() {
     let folder = folder(["time", "q1", "q2", "tau1", "tau2"], RAD);
     assert_eq!(new(folder.path(), &["--set", "urdf.drive_inertia=false"]).code, Some(0));
@@ -741,7 +753,7 @@ fn what_cannot_be_done_is_said() {
     fs::write(&log, rows.join("\n")).unwrap();
     says(&[], 78, "time goes back in row 1001 of `time`", &folder);
     fs::write(&log, "").unwrap();
-    says(&[], 78, "2 joints need as many columns of positions and of torques", &folder);
+    says(&[], 1, "this is an empty file, not a recording", &folder);
     fs::write(&log, &table).unwrap();
     says(&["--tip", "hand"], 78, "hand", &folder);
     says(&["--bag", "x.mcap"], 2, "cannot be used with", &folder);

@@ -45,5 +45,7 @@ fn from_a_recording_the_printed_commands_lead_to_result_report_and_advice() {
     assert_eq!(result["parameters"].as_array().unwrap().len(), 58);
     assert!(fs::read_to_string(folder.path().join("report.html")).unwrap().contains("<svg"));
     assert!(third.starts_with("didim advise --cell 'it'\\''s mine.toml' result.json"), "{third}");
-    assert_eq!(paste(folder.path(), &third), None);
+    let fourth = paste(folder.path(), &third).expect("the motions are not written yet");
+    assert_eq!(paste(folder.path(), &fourth), None);
+    assert!(folder.path().join("next-1.csv").exists());
 }

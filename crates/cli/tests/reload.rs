@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use crate::common::eventually;
 use crate::common::manager::{Manager, send, terminate};
 use crate::program::cell::Site;
-use crate::program::{json, results, succeed};
+use crate::program::{didim, json, results, succeed};
 use didim::live::recording::RecordedWindow;
 use didim::live::worker::{Command, WindowState};
 use didim::service::status::{Request, Snapshot, fetch_status};
@@ -135,7 +135,11 @@ fn other_buses_are_refused(site: &Site) {
 
 /// The status as `didim status` shows it, of both halves.
 fn merged(site: &Site) -> serde_json::Value {
-    json(&succeed(&[&"status", &"--json", &"--runtime", &site.cell.runtime()]))
+    // A service that is not healthy gives exit code 3.
+    let status = didim(&[&"status", &"--json", &"--runtime", &site.cell.runtime()]);
+    let expected = if json(&status.stdout)["health"]["ok"] == true { 0 } else { 3 };
+    assert_eq!(status.code, Some(expected), "{}", status.stderr);
+    json(&status.stdout)
 }
 
 fn has_reason(status: &serde_json::Value, words: &str) -> bool {

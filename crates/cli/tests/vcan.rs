@@ -546,7 +546,7 @@ fn in_two_processes_the_estimation_may_die_and_come_back() {
         let away = || acquisition.status().is_some_and(|status| dropped(&status) > 0);
         let one_window = |status: &Snapshot| has_settled(status, 1) || away();
         estimation.eventually("one window", one_window);
-        let merged = succeed(&[&"status", &"--json", &"--runtime", &cell.runtime()]);
+        let merged = didim(&[&"status", &"--json", &"--runtime", &cell.runtime()]).stdout;
         estimation.kill();
         let estimation = Daemon::start(&cell, Some("estimation"));
         let restarted_at = bus(&acquisition.status().unwrap()).samples;

@@ -79,6 +79,7 @@ mod record;
 mod row_times;
 mod start;
 mod table;
+mod text_kind;
 mod time_limits;
 mod uniform;
 mod urdf;
@@ -106,6 +107,7 @@ pub use table::{
     RowPlace, SignalArrays, Table, TableError, TableNames, is_parquet, list_table, read_csv,
     read_rows, read_table, write_csv,
 };
+pub use text_kind::TextKind;
 pub use time_limits::TimeLimits;
 pub use uniform::{Resampled, TimesError};
 pub use urdf::{

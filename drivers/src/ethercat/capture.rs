@@ -1,5 +1,6 @@
 //! Packets of a capture file, in the format pcap (libpcap, tcpdump) or pcapng (Wireshark, dumpcap).
 
+use core::ops::Range;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read as _};
 use std::path::{Path, PathBuf};
@@ -9,8 +10,48 @@ use std::path::{Path, PathBuf};
 const MAX_BLOCK: u32 = 1 << 20;
 /// Largest number of interfaces of one section.
 const MAX_INTERFACES: usize = 256;
-/// Link type: Ethernet.
-const ETHERNET_LINK_TYPE: u16 = 1;
+/// Header of the packets of an interface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum LinkType {
+    Ethernet,
+    /// Linux "cooked" capture of `tcpdump -i any`.
+    CookedV1,
+    /// Linux "cooked" capture, version 2.
+    CookedV2,
+    Other,
+}
+
+impl LinkType {
+    /// Returns the link type with this number in a capture.
+    fn from_number(number: u16) -> Self {
+        match number {
+            1 => Self::Ethernet,
+            113 => Self::CookedV1,
+            276 => Self::CookedV2,
+            _ => Self::Other,
+        }
+    }
+
+    /// Changes the packet in `bytes` to an Ethernet frame, and returns its place. A cooked packet
+    /// has the sender's address and the EtherType, which become those of the frame.
+    fn make_ethernet(self, bytes: &mut [u8], place: Range<usize>) -> Option<Range<usize>> {
+        let packet = bytes.get_mut(place.clone())?;
+        let start = match self {
+            Self::Ethernet => 0,
+            // 14 bytes before the address are fields of the cooked header.
+            Self::CookedV1 if packet.len() >= 16 => {
+                packet.copy_within(6..12, 8);
+                2
+            }
+            Self::CookedV2 if packet.len() >= 20 => {
+                packet.copy_within(0..2, 18);
+                6
+            }
+            Self::CookedV1 | Self::CookedV2 | Self::Other => return None,
+        };
+        Some(place.start + start..place.end)
+    }
+}
 
 /// Types of the blocks of pcapng.
 const SECTION_BLOCK: u32 = 0x0A0D_0D0A;
@@ -95,7 +136,10 @@ pub struct Packet<'a> {
     /// Time of capture \[ns since 1970\].
     pub stamp_ns: u64,
     /// Bytes of the Ethernet frame from its destination address on, as far as they were captured.
+    /// The destination of a Linux "cooked" packet is unknown.
     pub bytes: &'a [u8],
+    /// True if the recorder kept only the first bytes of the frame.
+    pub is_cut: bool,
 }
 
 /// Reader of the packets of a capture, in the order of the file and in bounded memory.
@@ -123,7 +167,7 @@ enum Format {
 
 #[derive(Clone, Copy, Debug)]
 struct Interface {
-    is_ethernet: bool,
+    link: LinkType,
     /// Number of ticks of the stamps per second.
     per_second: u64,
     offset_s: i64,
@@ -170,7 +214,7 @@ impl<R: BufRead> Capture<R> {
         &self.path
     }
 
-    /// Returns the number of skipped packets, which are not Ethernet or have no stamp.
+    /// Returns the number of skipped packets, which are of another link type or have no stamp.
     pub fn passed_over(&self) -> u64 {
         self.passed_over
     }
@@ -183,12 +227,20 @@ impl<R: BufRead> Capture<R> {
         if self.format == Format::Unknown {
             self.begin()?;
         }
-        let packet = match self.format {
-            Format::Pcapng => self.next_of_pcapng()?,
-            _ => self.next_of_pcap()?,
+        let (stamp_ns, is_cut, place) = loop {
+            let found = match self.format {
+                Format::Pcapng => self.next_of_pcapng()?,
+                _ => self.next_of_pcap()?,
+            };
+            let Some(PacketPosition { stamp_ns, is_cut, link, place }) = found else {
+                return Ok(None);
+            };
+            match link.make_ethernet(&mut self.block, place) {
+                Some(place) => break (stamp_ns, is_cut, place),
+                None => self.passed_over += 1,
+            }
         };
-        Ok(packet
-            .and_then(|(stamp_ns, place)| Some(Packet { stamp_ns, bytes: self.block.get(place)? })))
+        Ok(self.block.get(place).map(|bytes| Packet { stamp_ns, bytes, is_cut }))
     }
 
     /// Reads the first bytes and detects the format.
@@ -203,30 +255,29 @@ impl<R: BufRead> Capture<R> {
             if !self.read_block(24)? {
                 return Err(self.truncated_error());
             }
-            let is_ethernet = self.u16_at(if big_endian { 22 } else { 20 })? == ETHERNET_LINK_TYPE;
-            self.interfaces.push(Interface { is_ethernet, per_second, offset_s: 0 });
+            let link = LinkType::from_number(self.u16_at(if big_endian { 22 } else { 20 })?);
+            self.interfaces.push(Interface { link, per_second, offset_s: 0 });
         }
         Ok(())
     }
 
     fn next_of_pcap(&mut self) -> Result<Option<PacketPosition>, CaptureError> {
-        while self.take_header(16)? {
-            let (seconds, fraction, length) = (self.u32_at(0)?, self.u32_at(4)?, self.u32_at(8)?);
-            let Some(interface) = self.interfaces.first().copied() else { return Ok(None) };
-            if length > MAX_BLOCK {
-                return Err(self.damaged_error("a packet is longer than any frame"));
-            }
-            if !self.read_block(length)? && length > 0 {
-                return Err(self.truncated_error());
-            }
-            if interface.is_ethernet {
-                let fraction_ns = u64::from(fraction) * (1_000_000_000 / interface.per_second);
-                let stamp_ns = u64::from(seconds) * 1_000_000_000 + fraction_ns;
-                return Ok(Some((stamp_ns, 0..self.block.len())));
-            }
-            self.passed_over += 1;
+        if !self.take_header(16)? {
+            return Ok(None);
         }
-        Ok(None)
+        let (seconds, fraction, length) = (self.u32_at(0)?, self.u32_at(4)?, self.u32_at(8)?);
+        let is_cut = length < self.u32_at(12)?;
+        let Some(interface) = self.interfaces.first().copied() else { return Ok(None) };
+        if length > MAX_BLOCK {
+            return Err(self.damaged_error("a packet is longer than any frame"));
+        }
+        if !self.read_block(length)? && length > 0 {
+            return Err(self.truncated_error());
+        }
+        let fraction_ns = u64::from(fraction) * (1_000_000_000 / interface.per_second);
+        let stamp_ns = u64::from(seconds) * 1_000_000_000 + fraction_ns;
+        let (link, place) = (interface.link, 0..self.block.len());
+        Ok(Some(PacketPosition { stamp_ns, is_cut, link, place }))
     }
 
     fn next_of_pcapng(&mut self) -> Result<Option<PacketPosition>, CaptureError> {
@@ -248,12 +299,7 @@ impl<R: BufRead> Capture<R> {
             match kind {
                 INTERFACE_BLOCK => self.interface()?,
                 SIMPLE_PACKET_BLOCK => self.passed_over += 1,
-                _ => {
-                    if let Some(found) = self.packet_position()? {
-                        return Ok(Some(found));
-                    }
-                    self.passed_over += 1;
-                }
+                _ => return Ok(Some(self.packet_position()?)),
             }
         }
         Ok(None)
@@ -299,8 +345,8 @@ impl<R: BufRead> Capture<R> {
         if self.interfaces.len() == MAX_INTERFACES {
             return Err(self.damaged_error("a section has more interfaces than any capture"));
         }
-        let is_ethernet = self.u16_at(0)? == ETHERNET_LINK_TYPE;
-        let mut interface = Interface { is_ethernet, per_second: 1_000_000, offset_s: 0 };
+        let link = LinkType::from_number(self.u16_at(0)?);
+        let mut interface = Interface { link, per_second: 1_000_000, offset_s: 0 };
         let mut offset = 8;
         while offset + 4 <= self.block.len() {
             let (code, length) = (self.u16_at(offset)?, usize::from(self.u16_at(offset + 2)?));
@@ -328,8 +374,8 @@ impl<R: BufRead> Capture<R> {
         Ok(())
     }
 
-    /// Returns the position of a packet in its block, or `None` if the packet is skipped.
-    fn packet_position(&self) -> Result<Option<PacketPosition>, CaptureError> {
+    /// Returns the position of a packet in its block.
+    fn packet_position(&self) -> Result<PacketPosition, CaptureError> {
         let number = usize::try_from(self.u32_at(0)?).unwrap_or(usize::MAX);
         let Some(interface) = self.interfaces.get(number) else {
             return Err(self.damaged_error("a packet is of an interface that was not described"));
@@ -343,7 +389,8 @@ impl<R: BufRead> Capture<R> {
         let ns = u128::from(count) * 1_000_000_000 / u128::from(interface.per_second);
         let ns = u64::try_from(ns).unwrap_or(u64::MAX);
         let stamp_ns = ns.saturating_add_signed(interface.offset_s.saturating_mul(1_000_000_000));
-        Ok(interface.is_ethernet.then_some((stamp_ns, 20..end)))
+        let is_cut = self.u32_at(12)? < self.u32_at(16)?;
+        Ok(PacketPosition { stamp_ns, is_cut, link: interface.link, place: 20..end })
     }
 
     /// Reads `length` bytes as [`Self::read_block`] does, and stores their offset as that of the
@@ -400,8 +447,15 @@ impl<R: BufRead> Capture<R> {
     }
 }
 
-/// Stamp of a packet \[ns\], and the position of the packet in its block.
-type PacketPosition = (u64, core::ops::Range<usize>);
+/// A packet in its block.
+struct PacketPosition {
+    /// Time of capture \[ns since 1970\].
+    stamp_ns: u64,
+    /// True if the recorder kept only the first bytes.
+    is_cut: bool,
+    link: LinkType,
+    place: Range<usize>,
+}
 
 /// Returns the format, the byte order (true for big endian) and the number of stamp ticks per
 /// second. Returns `None` if the file is not a capture.

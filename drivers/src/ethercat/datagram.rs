@@ -27,6 +27,12 @@ const ADDRESS_BYTES: usize = 12;
 const VLAN_TYPE: u16 = 0x8100;
 /// The EtherType of EtherCAT.
 pub(crate) const ETHERCAT_TYPE: u16 = 0x88A4;
+/// The EtherType of IPv4, its protocol number of UDP, and the port of EtherCAT in UDP.
+const IPV4_TYPE: u16 = 0x0800;
+const UDP_PROTOCOL: u8 = 17;
+const ETHERCAT_PORT: u16 = ETHERCAT_TYPE;
+/// Length of the header of UDP \[bytes\].
+const UDP_HEADER_BYTES: usize = 8;
 /// The type of EtherCAT frame that holds datagrams.
 const DATAGRAM_TYPE: u16 = 1;
 /// Length of the fields before the data of a datagram: command, index, address, length and
@@ -98,13 +104,15 @@ impl<'a> EthercatFrame<'a> {
         if u16_big_endian(packet, offset)? == VLAN_TYPE {
             offset += 4;
         }
-        if u16_big_endian(packet, offset)? != ETHERCAT_TYPE {
-            return None;
-        }
-        let header = u16_little_endian(packet, offset + 2)?;
+        let content = match u16_big_endian(packet, offset)? {
+            ETHERCAT_TYPE => packet.get(offset + 2..)?,
+            IPV4_TYPE => content_of_udp(packet.get(offset + 2..)?)?,
+            _ => return None,
+        };
+        let header = u16_little_endian(content, 0)?;
         let length = usize::from(header & 0x7FF);
         // The bytes after this length pad the frame to 60 bytes.
-        let datagrams = packet.get(offset + 4..)?.get(..length)?;
+        let datagrams = content.get(2..)?.get(..length)?;
         let frame = Self { is_returning: returning, datagrams };
         (header >> 12 == DATAGRAM_TYPE && frame.is_whole()).then_some(frame)
     }
@@ -146,6 +154,14 @@ fn split_first(bytes: &[u8]) -> Option<(Datagram<'_>, Option<&[u8]>)> {
 
 fn u16_little_endian(bytes: &[u8], at: usize) -> Option<u16> {
     Some(u16::from_le_bytes(*bytes.get(at..)?.first_chunk()?))
+}
+
+/// Returns the EtherCAT frame in an IPv4 packet with UDP to the port of EtherCAT.
+fn content_of_udp(packet: &[u8]) -> Option<&[u8]> {
+    let header = usize::from(packet.first()? & 0x0F) * 4;
+    let udp = packet.get(header..).filter(|_| packet.get(9) == Some(&UDP_PROTOCOL))?;
+    let is_ethercat = u16_big_endian(udp, 2)? == ETHERCAT_PORT;
+    udp.get(UDP_HEADER_BYTES..).filter(|_| is_ethercat)
 }
 
 fn u16_big_endian(bytes: &[u8], at: usize) -> Option<u16> {

@@ -256,8 +256,9 @@ fn names_of(
 ) -> Result<Vec<String>, LayoutError> {
     match names {
         SignalNames::Pattern(pattern) => {
-            let name = |axis: usize| pattern.replace("{axis}", &axis.to_string());
-            Ok((1..=axes).map(name).collect())
+            let numbered = |index: usize| pattern.replace("{axis}", &(index + 1).to_string());
+            let name = |index: usize| numbered(index).replace("{index}", &index.to_string());
+            Ok((0..axes).map(name).collect())
         }
         SignalNames::Listed(names) if names.len() == axes => Ok(names.clone()),
         SignalNames::Listed(names) => {

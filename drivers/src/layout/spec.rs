@@ -9,7 +9,8 @@ use serde::{Deserialize, Serialize};
 
 /// The table `[bus.layout]` of a cell file: it selects the arm's signals from a DBC file.
 ///
-/// A signal is named `Message.Signal`; `{axis}` represents the number of the axis, from 1.
+/// A signal is named `Message.Signal`; `{axis}` represents the number of the axis, from 1, and
+/// `{index}` from 0.
 /// Alternatively, a list names the signal of each axis ([`SignalNames`]). With `nodes` or `slaves`
 /// it is an object of every drive's dictionary, such as `6064:00`, and its unit. Every signal has a
 /// validity time relative to the instant of its sample: the SYNC, or the arrival of the packed
@@ -193,7 +194,7 @@ pub enum CyclesBy {
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(untagged, expecting = "`Message.Signal` with {axis}, or a list of one for each axis")]
 pub enum SignalNames {
-    /// `Message.Signal` with `{axis}`.
+    /// `Message.Signal` with `{axis}`, which counts from 1, or `{index}`, which counts from 0.
     Pattern(String),
     /// `Message.Signal` of each axis, in the order of the axes.
     Listed(Vec<String>),

@@ -1,5 +1,6 @@
 //! Sources of frames: one trait that can only receive.
 
+mod blf;
 mod ethercat;
 mod in_process;
 mod listening;
@@ -11,6 +12,7 @@ mod text_log;
 use core::time::Duration;
 
 pub use self::mcap::{McapError, McapSource, McapWriter};
+pub use blf::{BlfError, BlfSource};
 pub use ethercat::{CaptureSource, EthercatError, TapSource, TrafficSummary};
 pub use in_process::{BusClosed, InProcessSender, InProcessSource, WhenFull, in_process_bus};
 pub use socket_can::{
@@ -172,6 +174,9 @@ pub enum SourceError {
     /// A log could not be read.
     #[error(transparent)]
     TextLog(#[from] TextLogError),
+    /// A binary log could not be read.
+    #[error(transparent)]
+    Blf(#[from] BlfError),
     /// A recording could not be read.
     #[error(transparent)]
     Mcap(#[from] McapError),
@@ -190,6 +195,7 @@ impl SourceError {
         match self {
             Self::NoRoom => true,
             Self::TextLog(error) => error.is_recoverable(),
+            Self::Blf(_) => false,
             Self::Mcap(error) => error.is_recoverable(),
             Self::Ethercat(error) => error.is_recoverable(),
             Self::SocketCan(error) => error.is_recoverable(),

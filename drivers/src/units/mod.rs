@@ -26,6 +26,7 @@ use crate::layout::{CompiledLayout, Quantity, SignalFormat};
 const COUNT_SPELLINGS: &[&str] = &["count", "counts", "inc", "increments"];
 const RAD_SPELLINGS: &[&str] = &["rad"];
 const DEG_SPELLINGS: &[&str] = &["deg", "°", "degree", "degrees"];
+const REV_SPELLINGS: &[&str] = &["rev", "revs", "turn", "turns"];
 const AMPERE_SPELLINGS: &[&str] = &["A"];
 const PER_MILLE_SPELLINGS: &[&str] = &["per mille", "permille", "‰", "0.1 %", "0.1%"];
 const NM_SPELLINGS: &[&str] = &["Nm", "N·m", "N.m", "N*m"];
@@ -233,6 +234,7 @@ fn rad_per_unit(axis: usize, scale: PositionScale) -> Result<(f64, Units), Units
         }
         PositionScale::Rad => Ok((1.0, RAD_SPELLINGS)),
         PositionScale::Deg => Ok((1_f64.to_radians(), DEG_SPELLINGS)),
+        PositionScale::Rev => Ok((TAU, REV_SPELLINGS)),
     }
 }
 

@@ -52,6 +52,8 @@ pub enum PositionScale {
     Rad,
     /// The factor of the DBC file gives degrees.
     Deg,
+    /// The factor of the DBC file gives turns of the motor.
+    Rev,
 }
 
 /// Treatment of a wrap of the integer of a position.

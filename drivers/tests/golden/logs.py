@@ -11,7 +11,7 @@ import sys
 from pathlib import Path
 
 import can
-from can.io import ASCWriter, CanutilsLogWriter, TRCWriter
+from can.io import ASCWriter, BLFWriter, CanutilsLogWriter, TRCWriter
 from can.io.trc import TRCFileVersion
 
 random.seed(11)
@@ -60,3 +60,6 @@ for version in (TRCFileVersion.V1_0, TRCFileVersion.V2_1):
 frames += list(further())
 write(CanutilsLogWriter(folder / "all.log"), frames)
 write(ASCWriter(folder / "all.asc"), frames)
+write(BLFWriter(folder / "all.blf"), frames)
+# Small containers: frames continue in the next one.
+write(BLFWriter(folder / "small.blf", max_container_size=100), frames)

@@ -51,7 +51,7 @@ pub enum AssignmentError {
     /// Configure the limit, or give a result.
     #[error(
         "joint {joint}: its torque limit is unknown, and without a result noise is assumed by it; \
-         state torque_max_nm (force_max_n of a sliding joint) in the robot file"
+         state torque_max_nm (force_max_n) in the robot file, or in [urdf.joints]"
     )]
     NoTorqueLimit {
         /// The joint.

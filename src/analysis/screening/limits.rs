@@ -116,8 +116,9 @@ impl fmt::Display for LimitExcess {
                 Cause::Wrap { time_s } =>
                     format!("it jumps by a turn after {time_s:.3} s: set `wraps` in the cell"),
                 Cause::Turns { turns } => format!(
-                    "all of them are within the limits after {turns} turns ({} rad) less: set \
+                    "all of them are within the limits after {turns} turn{} ({} rad) less: set \
                     `zero` of the positions in the cell",
+                    if turns.abs() > 1.0 { "s" } else { "" },
                     significant_digits(turns * core::f64::consts::TAU, 6)
                 ),
                 Cause::PositionUnit if revolute => "degrees in place of radians?".to_owned(),
@@ -385,4 +386,31 @@ fn whole_turns(position: &[f64], joint: &Joint) -> Option<f64> {
     let fits = |value: &f64| (position_min..=position_max).contains(&(value - turns * turn));
     let is_off = joint.kind == JointKind::Revolute && turns != 0.0;
     (is_off && position.iter().all(fits)).then_some(turns)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_turn_is_no_plural() {
+        let text = |turns: f64| {
+            LimitExcess {
+                joint: JointIndex::new(0),
+                joint_label: "1".to_owned(),
+                quantity: LimitedQuantity::Position,
+                time_s: 1.0,
+                value: 7.0,
+                limit: 3.0,
+                limit_ratio: 2.3,
+                samples: 5,
+                cause: Cause::Turns { turns },
+                kind: JointKind::Revolute,
+            }
+            .to_string()
+        };
+        assert!(text(1.0).contains("after 1 turn (6.28319 rad) less"), "{}", text(1.0));
+        assert!(text(-1.0).contains("after -1 turn ("), "{}", text(-1.0));
+        assert!(text(2.0).contains("after 2 turns ("), "{}", text(2.0));
+    }
 }

@@ -12,8 +12,8 @@ use didim_drivers::frame::Frame;
 use didim_drivers::layout::CompiledLayout;
 use didim_drivers::source::mcap::{FileEnd, MAGIC, McapScan};
 use didim_drivers::source::{
-    CaptureSource, InterfaceName, McapError, McapSource, Received, Source, SourceCounters,
-    SourceError, StampClock, TextLog,
+    BlfSource, CaptureSource, InterfaceName, McapError, McapSource, Received, Source,
+    SourceCounters, SourceError, StampClock, TextLog,
 };
 
 use super::ring::segments;
@@ -25,9 +25,9 @@ pub fn is_mcap(path: &Path) -> bool {
     read.is_ok() && magic == MAGIC
 }
 
-/// Opens a candump log, an MCAP recording, the folder of a ring as one long recording, or an
-/// EtherCAT capture. The layout derives the frames of an EtherCAT capture. If `interfaces` is not
-/// empty, frames of other interfaces are skipped.
+/// Opens a log (candump, ASC, TRC, BLF), an MCAP recording, the folder of a ring as one long
+/// recording, or an EtherCAT capture. The layout derives the frames of an EtherCAT capture. If
+/// `interfaces` is not empty, frames of other interfaces are skipped.
 ///
 /// A recording that was not closed is read up to its last complete chunk, with a warning.
 ///
@@ -47,10 +47,28 @@ pub fn open_log(
     if Capture::is_one(path) {
         return Ok(Box::new(CaptureSource::open(path, layout)?));
     }
+    if BlfSource::is_one(path) {
+        let log = BlfSource::open(path, interfaces)?;
+        if log.is_unfinished() {
+            tracing::warn!(
+                "{}: the log is not finished: its recorder was killed, or the file was cut off; \
+                 complete frames are used",
+                path.display()
+            );
+        }
+        return Ok(Box::new(log));
+    }
     let log = TextLog::open(path, interfaces)?;
     if log.is_truncated() {
         tracing::warn!(
             "{}: the log was cut off in its last line, which is not used",
+            path.display()
+        );
+    }
+    if log.adds_stamps() {
+        tracing::warn!(
+            "{}: the stamps are times since the frame before (`candump -td`), and are added; \
+             record with `candump -l` to keep the date",
             path.display()
         );
     }

@@ -6,7 +6,9 @@ use std::path::{Path, PathBuf};
 use didim_drivers::ethercat::Capture;
 use didim_drivers::frame::{Frame, FrameId};
 use didim_drivers::layout::CompiledLayout;
-use didim_drivers::source::{InterfaceName, McapSource, Received, Source, SourceError, TextLog};
+use didim_drivers::source::{
+    BlfSource, InterfaceName, McapSource, Received, Source, SourceError, TextLog,
+};
 
 use super::input::{is_mcap, open_log};
 
@@ -82,9 +84,12 @@ fn choose_interfaces(
     named: NamedInterfaces<'_>,
 ) -> Result<Vec<InterfaceName>, OpenLogError> {
     // Without the warnings of `open_log`, which follow when the frames are used.
-    let mut source: Box<dyn Source> = match is_mcap(path) {
-        true => Box::new(McapSource::open(path, &[]).map_err(SourceError::from)?),
-        false => Box::new(TextLog::open(path, &[]).map_err(SourceError::from)?),
+    let mut source: Box<dyn Source> = if is_mcap(path) {
+        Box::new(McapSource::open(path, &[]).map_err(SourceError::from)?)
+    } else if BlfSource::is_one(path) {
+        Box::new(BlfSource::open(path, &[]).map_err(SourceError::from)?)
+    } else {
+        Box::new(TextLog::open(path, &[]).map_err(SourceError::from)?)
     };
     let mut batch: Vec<Frame> = Vec::with_capacity(BATCH_FRAMES);
     // The first interface of each identifier of the layout.

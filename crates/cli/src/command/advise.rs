@@ -7,7 +7,8 @@ use clap::Args;
 
 use super::design::{DesignSubject, LimitShares, format_of, motion_text, requested_motion};
 use crate::CliError;
-use crate::names::DEFAULT_CELL;
+use crate::names::{DEFAULT_CELL, MOTION_FILE};
+use crate::next::NextCommand;
 use crate::notes::print_note;
 use crate::output::{check_outputs, print, write_text};
 use crate::progress::WorkIndicator;
@@ -65,7 +66,11 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
             )?;
         }
     }
-    print(&advice_text(&cell.robot, &subject.assignment, &advised))
+    print(&advice_text(&cell.robot, &subject.assignment, &advised))?;
+    if out.is_none() && !advised.advice.motions.is_empty() {
+        print_note(&NextCommand::repeated().with_option("--out", MOTION_FILE).to_string());
+    }
+    Ok(())
 }
 
 /// Describes the insufficiently identified parameters of a result in words.

@@ -9,6 +9,8 @@ use serde::Serialize;
 
 use crate::CliError;
 use crate::names::DEFAULT_CELL;
+use crate::next::NextCommand;
+use crate::notes::print_note;
 use crate::output::{count_with_noun, print};
 use crate::terminal::print_for_terminal;
 use didim::cell::{Cell, CellError, Faults, Library, OpenKey, WrongKey};
@@ -79,6 +81,9 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         ))?;
     }
     if errors == 0 {
+        if cell.bus().is_ok() && !arguments.json && !arguments.other_machine {
+            print_note(&NextCommand::new("run").with_option("--cell", &arguments.cell).to_string());
+        }
         return Ok(());
     }
     Err(CliError::from_configuration(format!(
@@ -144,7 +149,7 @@ fn findings_of_error(error: &CellError) -> Vec<Finding> {
         CellError::Drives { .. } => "bus.drives",
         CellError::Axes { .. } => "bus.layout.axes",
         CellError::NoBus { .. } => "bus",
-        CellError::Read { .. } | CellError::Cell { .. } => "",
+        CellError::Read { .. } | CellError::Cell { .. } | CellError::OtherKind { .. } => "",
     };
     vec![Finding::error(key, error.to_string(), CORRECT_AND_REPEAT)]
 }

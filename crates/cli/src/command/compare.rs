@@ -13,6 +13,7 @@ use crate::CliError;
 use crate::choices::{choices_text, make_choices};
 use crate::input::Samples;
 use crate::names::{DEFAULT_CELL, method_parser};
+use crate::next::NextCommand;
 use crate::notes::print_note;
 use crate::output::{check_outputs, print, write_text};
 use crate::progress::style_bar;
@@ -164,9 +165,24 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         let report = ComparisonReport { cell: &cell, view, origin: &origin, scenario };
         write_text(path, &report.to_html())?;
     }
-    check_limits(&outcomes)?;
-    without_result(&comparison)?;
-    arguments.required.check(|usage| judged_use(usage, &comparison, &arguments.methods))
+    let is_stream = source.as_ref().is_some_and(InputFileOrStream::is_stream);
+    conclude(arguments, is_stream, &comparison, &outcomes)
+}
+
+/// Prints the next command, and checks limits, failures and the required uses.
+fn conclude(
+    arguments: &Arguments,
+    is_stream: bool,
+    comparison: &Comparison,
+    outcomes: &[LimitOutcome<'_>],
+) -> Result<(), CliError> {
+    if !arguments.json {
+        print_note(&NextCommand::with_report(arguments.report.as_ref(), is_stream));
+    }
+    check_limits(outcomes)?;
+    without_result(comparison)?;
+    check_failures(comparison)?;
+    arguments.required.check(|usage| judged_use(usage, comparison, &arguments.methods))
 }
 
 /// Leaves out the methods that simulate the closed loop if there is no controller, with a note.
@@ -245,6 +261,17 @@ fn without_result(comparison: &Comparison) -> Result<(), CliError> {
     let first = comparison.methods.iter().find_map(|of| Some((of.trial, of.failure.as_ref()?)));
     let cause = first.map(|(trial, failure)| format!("; {trial}: {failure}")).unwrap_or_default();
     Err(CliError::from_failure(format!("no method has a result{cause}")))
+}
+
+/// Returns an error that names the methods without a result. The tables have the reasons.
+fn check_failures(comparison: &Comparison) -> Result<(), CliError> {
+    let failed = comparison.methods.iter().filter(|of| of.estimate.is_none());
+    let failed: Vec<String> = failed.map(|of| of.trial.to_string()).collect();
+    if failed.is_empty() {
+        return Ok(());
+    }
+    let (count, all) = (failed.len(), comparison.methods.len());
+    Err(CliError::NotUsable(format!("{count} of {all} runs have no result: {}", failed.join(", "))))
 }
 
 /// Parses the number of folds. Fewer than two blocks leave no data for the identification. A block

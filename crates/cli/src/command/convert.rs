@@ -14,7 +14,9 @@ use didim_sim::{CYCLE_FRAMES, CycleEncoder};
 use super::convert_frames::{write_candump, write_mcap};
 use crate::CliError;
 use crate::input::{count_error, parse_positive, read_input};
-use crate::names::DEFAULT_CELL;
+use crate::names::{DEFAULT_CELL, RESULT_FILE};
+use crate::next::NextCommand;
+use crate::notes::print_note;
 use crate::output::{check_outputs, print, write_whole};
 use crate::stream::InputFileOrStream;
 use didim::analysis::check_cell_rate;
@@ -61,7 +63,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         } else {
             opened.with_displayed_path(write_candump(input, output))?;
         }
-        return print(&format!("{} written\n", output.display()));
+        return print_written(arguments, "replay");
     }
     let record = read_input(&opened, &cell, arguments.sample_rate, &[])?;
     let notes = record.notes();
@@ -79,7 +81,21 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     } else {
         write_log(&cell, measurement, shown, output)?;
     }
-    print(&format!("{} written\n", output.display()))
+    print_written(arguments, if to_csv { "identify" } else { "replay" })
+}
+
+/// Prints the file that was written, and the command that reads it.
+fn print_written(arguments: &Arguments, reader: &str) -> Result<(), CliError> {
+    print(&format!("{} written\n", arguments.output.display()))?;
+    let next = NextCommand::new(reader).with_option("--cell", &arguments.cell);
+    let next = match reader {
+        "identify" => {
+            next.with_option("--input", &arguments.output).with_option("--out", RESULT_FILE)
+        }
+        _ => next.with_argument(&arguments.output),
+    };
+    print_note(&next.to_string());
+    Ok(())
 }
 
 /// Writes the frames that the cell's drives would have sent, in candump format. Every value is

@@ -18,6 +18,8 @@ use indicatif::ProgressBar;
 
 use crate::CliError;
 use crate::names::method_parser;
+use crate::next::NextCommand;
+use crate::notes::print_note;
 use crate::outcome::last_identification;
 use crate::output::{check_outputs, count_with_noun, print, write_figure, write_report};
 use crate::progress::style_bar;
@@ -113,6 +115,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     // The figure is written after the result, so that a write error does not cost the result.
     write_figure(&arguments.figure, &cell, &identification)?;
     print(&format!("figure of all joints: {}\n", arguments.figure.display()))?;
+    print_note(&NextCommand::with_report(arguments.report.as_ref(), false));
     let Some(path) = &arguments.report else { return Ok(()) };
     let samples = SampleRange::Window(window);
     let origin = Origin { input: None, samples, further_files: Vec::new(), note: None };

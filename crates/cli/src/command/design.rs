@@ -17,6 +17,8 @@ use crate::CliError;
 use crate::first_posture::read_first_posture;
 use crate::frame::{FrameOfLoads, note_lines};
 use crate::input::{parse_finite, parse_numbers, parse_point, parse_positive, read_robot};
+use crate::names::PREVIEW_FILE;
+use crate::next::NextCommand;
 use crate::notes::print_note;
 use crate::output::{check_outputs, print, write_text};
 use crate::progress::style_bar;
@@ -295,7 +297,11 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
             "the controller makes the time law, and the standard deviations do not hold for it";
         print_note(&format!("note: {}: {explanation}\n", path.display()));
     }
-    print(&text)
+    print(&text)?;
+    if preview.is_none() {
+        print_note(&NextCommand::repeated().with_option("--preview", PREVIEW_FILE).to_string());
+    }
+    Ok(())
 }
 
 /// Designs a friction sweep and writes its files.

@@ -7,6 +7,7 @@ use clap::Args;
 use crate::CliError;
 use crate::input::{Samples, parse_positive};
 use crate::names::{DEFAULT_CELL, format_parser};
+use crate::next::NextCommand;
 use crate::notes::print_note;
 use crate::output::{check_outputs, print, write_text};
 use crate::stream::InputFileOrStream;
@@ -81,6 +82,9 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     }
     for left_out in &exported.left_out {
         print_note(&format!("left out: {left_out}\n"));
+    }
+    if let (Some(path), Format::Urdf | Format::Toml) = (out, to) {
+        print_note(&NextCommand::new("robot").with_argument(path).to_string());
     }
     Ok(())
 }

@@ -10,6 +10,8 @@ use serde::Serialize;
 use crate::CliError;
 use crate::input::Samples;
 use crate::names::DEFAULT_CELL;
+use crate::next::NextCommand;
+use crate::notes::print_note;
 use crate::output::{check_outputs, print, write_text};
 use crate::progress::WorkIndicator;
 use crate::required_uses::RequiredUses;
@@ -102,6 +104,9 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
             notes: &notes,
         };
         write_text(path, &report.to_html())?;
+    }
+    if !arguments.json {
+        print_note(&NextCommand::with_report(arguments.report.as_ref(), input.is_stream()));
     }
     arguments.required.check(|usage| match model.judged_use(usage) {
         Some(judged) => judged.clone(),

@@ -11,6 +11,8 @@ use didim_identification::identification::Identification;
 use crate::CliError;
 use crate::bundle::OpenedBundle;
 use crate::names::DEFAULT_CELL;
+use crate::next::NextCommand;
+use crate::notes::print_note;
 use crate::outcome::last_identification;
 use crate::output::{check_outputs, count_with_noun, print, write_figure, write_report};
 use crate::progress::WorkIndicator;
@@ -89,6 +91,9 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         };
         let report = Report::new(&cell, &identification, &origin);
         write_report(path, &report)?;
+    }
+    if !arguments.json {
+        print_note(&NextCommand::with_report(arguments.report.as_ref(), input.is_stream()));
     }
     arguments.required.check_estimate(&identification.estimate)
 }

@@ -12,7 +12,8 @@ use serde::Serialize;
 
 use crate::CliError;
 use crate::frame::note_lines;
-use crate::names::DEFAULT_CELL;
+use crate::names::{DEFAULT_CELL, RESULT_FILE};
+use crate::next::NextCommand;
 use crate::notes::print_note;
 use crate::output::{check_outputs, print, write_whole};
 use didim::cell::{BusAddress, Cell};
@@ -176,7 +177,13 @@ fn write_table(arguments: &Arguments, path: &PathBuf, cell: &Cell) -> Result<(),
     let (samples, robot) = (measurement.samples(), cell.robot.name());
     if !arguments.json {
         let (name, file) = (scenario.name(), path.display());
-        return print(&format!("{name}: {samples} samples at {sample_rate_hz} Hz in {file}\n"));
+        print(&format!("{name}: {samples} samples at {sample_rate_hz} Hz in {file}\n"))?;
+        let next = NextCommand::new("identify")
+            .with_option("--cell", &arguments.cell)
+            .with_option("--input", path)
+            .with_option("--out", RESULT_FILE);
+        print_note(&next.to_string());
+        return Ok(());
     }
     let truth = scenario.truth().iter().map(|(name, value)| TrueValue { name, value: *value });
     let truth = truth.collect();

@@ -20,8 +20,8 @@ use didim::service::status::{Colour, Request, Snapshot, fetch_snapshot, render, 
 pub(crate) struct Arguments {
     #[command(flatten)]
     service: WhichService,
-    /// End with exit code 3 unless the last result is usable for this, or the service is healthy.
-    /// Give it again for further requirements
+    /// End with exit code 3 unless the last result is usable for this. Give it again for further
+    /// requirements. A service that is not healthy gives exit code 3 in any case
     #[arg(long, value_name = "USE|healthy", value_parser = service_requirement_parser())]
     require: Vec<ServiceRequirement>,
     /// Print one JSON object and nothing else
@@ -96,8 +96,9 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         let colour = choose_colour(std::io::stdout().is_terminal(), no_color.as_deref());
         print(&render(&snapshot, colour))?;
     }
-    let objections = arguments.require.iter().filter_map(|of| objection(&snapshot, *of));
-    let objections: Vec<String> = objections.collect();
+    let others = arguments.require.iter().filter(|of| **of != ServiceRequirement::Healthy);
+    let required = [&ServiceRequirement::Healthy].into_iter().chain(others);
+    let objections: Vec<String> = required.filter_map(|of| objection(&snapshot, *of)).collect();
     match objections.is_empty() {
         true => Ok(()),
         false => Err(CliError::NotUsable(objections.join("\n"))),

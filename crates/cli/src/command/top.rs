@@ -108,7 +108,7 @@ fn watch(
                     KeyCode::Char('?' | 'h') => {
                         (view.shows_help, view.scrolled_lines) = (!view.shows_help, 0);
                     }
-                    KeyCode::Char('s') => view.by_band = !view.by_band,
+                    KeyCode::Char('s') => view.in_model_order = !view.in_model_order,
                     KeyCode::Char('p') => view.is_paused = !view.is_paused,
                     KeyCode::Up => view.scrolled_lines = view.scrolled_lines.saturating_sub(1),
                     KeyCode::Down => {

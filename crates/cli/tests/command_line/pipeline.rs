@@ -22,7 +22,7 @@ fn a_replay_refuses_what_identify_refuses_and_writes_no_figure() {
     let cases: [(&str, &[&str]); 4] = [
         (&zero, &["zero.log:2001:", "empty", "delete it"]),
         (&malformed, &["malformed.log:2001:", "no time stamp"]),
-        (&empty, &["no complete sample", "layout"]),
+        (&empty, &["empty.log", "an empty file, not a recording"]),
         (&missing, &["missing.log", "No such file", "check the path"]),
     ];
     for (log, says) in cases {

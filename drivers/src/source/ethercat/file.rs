@@ -5,8 +5,8 @@ use std::fs::File;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 
-use super::EthercatError;
 use super::decode::Decoder;
+use super::{EthercatError, TrafficSummary};
 use crate::ethercat::Capture;
 use crate::frame::Frame;
 use crate::layout::CompiledLayout;
@@ -25,6 +25,7 @@ const INTERFACE_NAME: &str = "ethercat";
 pub struct CaptureSource<R = BufReader<File>> {
     capture: Capture<R>,
     decoder: Decoder,
+    cut_packets: u64,
     interfaces: Vec<InterfaceName>,
     has_ended: bool,
     /// Error that the next call returns, after the frames that precede it.
@@ -58,6 +59,7 @@ impl<R: BufRead> CaptureSource<R> {
         Ok(Self {
             capture,
             decoder: Decoder::new(plan.clone()),
+            cut_packets: 0,
             interfaces: InterfaceName::new(INTERFACE_NAME).into_iter().collect(),
             has_ended: false,
             failure: None,
@@ -68,12 +70,15 @@ impl<R: BufRead> CaptureSource<R> {
     /// Reads the next packet. Returns false at the end of the capture.
     fn advance(&mut self) -> Result<bool, EthercatError> {
         if let Some(packet) = self.capture.next_packet()? {
+            self.cut_packets += u64::from(packet.is_cut);
             let used = self.decoder.handle_packet(packet.bytes, packet.stamp_ns);
             self.counters.passed_over += u64::from(!used);
             return Ok(true);
         }
         let seen = self.decoder.traffic();
         if seen.used_datagrams == 0 {
+            let (cut_packets, other_packets) = (self.cut_packets, self.capture.passed_over());
+            let seen = TrafficSummary { cut_packets, other_packets, ..seen };
             let path = self.capture.path().to_owned();
             return Err(EthercatError::NoProcessData { path, seen });
         }

@@ -9,6 +9,10 @@ use crate::ethercat::{Datagram, EthercatFrame, FPRD, FPRW, FPWR, MAILBOX_START};
 pub struct TrafficSummary {
     /// Number of packets of any kind.
     pub packets: u64,
+    /// Number of packets of which the recorder kept only the first bytes.
+    pub cut_packets: u64,
+    /// Number of packets of another link type than Ethernet, and of packets without a stamp.
+    pub other_packets: u64,
     /// Number of complete EtherCAT frames.
     pub frames: u64,
     /// Number of EtherCAT frames that returned from the slaves.
@@ -40,13 +44,27 @@ impl fmt::Display for TrafficSummary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self {
             packets,
+            cut_packets: cut,
+            other_packets: other,
             frames,
             returned_frames: returning,
             process_datagrams: logical,
             mailbox_datagrams: mailbox,
             ..
         } = self;
-        if *frames == 0 {
+        if *cut > 0 {
+            write!(
+                f,
+                "the recorder kept only the first bytes of {cut} of {packets} packets; record \
+                 whole packets (`tcpdump -s 0`)"
+            )
+        } else if *packets == 0 && *other > 0 {
+            write!(
+                f,
+                "none of {other} packets is of Ethernet, or of Linux's interface `any`; record \
+                 with `tcpdump -i PORT -w FILE` at the master's port"
+            )
+        } else if *frames == 0 {
             write!(
                 f,
                 "none of {packets} packets is a frame of EtherCAT (0x88A4); record at the master's \

@@ -20,6 +20,7 @@ mod error;
 mod field;
 mod format;
 mod reader;
+mod stamps;
 mod trc;
 mod write;
 

@@ -13,8 +13,9 @@ use crate::source::{
     capacity,
 };
 
-/// Number of bytes at the beginning of a file by which its kind is detected.
-const DETECTION_BYTES: u64 = 256;
+/// Number of bytes at the beginning of a file by which its kind and its stamps are detected: some
+/// hundred frames.
+const DETECTION_BYTES: u64 = 16 * 1024;
 
 /// Source of the frames of a text log, in the order of its lines.
 ///
@@ -56,6 +57,12 @@ impl TextLog {
         self.is_truncated
     }
 
+    /// Returns true if the stamps of the log are the times since the frame before, as `candump -td`
+    /// writes them. The frames have the sums of these stamps, from 0.
+    pub fn adds_stamps(&self) -> bool {
+        self.format.as_ref().is_some_and(Format::adds_stamps)
+    }
+
     /// Opens a log. A last line that is cut off is skipped ([`TextLog::is_truncated`]).
     ///
     /// If `interfaces` is not empty, frames of other interfaces are skipped and counted. Otherwise
@@ -68,12 +75,11 @@ impl TextLog {
         match File::open(path) {
             Ok(mut file) => {
                 let open = |source| TextLogError::Open { path: path.into(), source };
-                let is_truncated = ends_without_newline(&mut file).map_err(open)?;
+                let (begin, is_truncated) = inspect(&mut file).map_err(open)?;
+                let format = (!begin.is_empty()).then(|| Format::detect(&begin));
+                let ends_lines = format.as_ref().is_some_and(Format::ends_lines);
                 let log = Self::new(BufReader::new(file), path, interfaces);
-                Ok(Self {
-                    is_truncated: is_truncated && Format::detect(&begin_of(path)).ends_lines(),
-                    ..log
-                })
+                Ok(Self { is_truncated: is_truncated && ends_lines, format, ..log })
             }
             Err(source) => Err(TextLogError::Open { path: path.into(), source }),
         }
@@ -228,15 +234,17 @@ fn begin_of(path: &Path) -> Vec<u8> {
     begin
 }
 
-/// Returns true if the last byte of a file is no newline, and goes back to its beginning.
-fn ends_without_newline(file: &mut File) -> std::io::Result<bool> {
-    let mut last = [b'\n'];
+/// Returns the first bytes of a file, and true if its last byte is no newline. Goes back to its
+/// beginning. A pipe, which cannot go back, has no first bytes here.
+fn inspect(file: &mut File) -> std::io::Result<(Vec<u8>, bool)> {
+    let (mut begin, mut last) = (Vec::new(), [b'\n']);
     if file.metadata()?.len() > 0 {
+        file.by_ref().take(DETECTION_BYTES).read_to_end(&mut begin)?;
         file.seek(SeekFrom::End(-1))?;
         file.read_exact(&mut last)?;
         file.rewind()?;
     }
-    Ok(last != *b"\n")
+    Ok((begin, last != *b"\n"))
 }
 
 #[cfg(test)]

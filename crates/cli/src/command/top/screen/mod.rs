@@ -19,6 +19,8 @@ use didim::service::status::render::{duration_text, without_control_characters};
 
 /// Width from which the parameters are shown next to the other sections.
 const SIDE_BY_SIDE_WIDTH: u16 = 120;
+/// Number of parameters before the other sections, where not everything fits.
+const FIRST_PARAMETERS: usize = 5;
 /// Maximum number of lines about health. Further reasons for bad health are only counted.
 const HEALTH_LINES: usize = 6;
 
@@ -33,8 +35,9 @@ pub(crate) struct View {
     pub(crate) is_paused: bool,
     /// True if the terminal supports colours.
     pub(crate) has_colour: bool,
-    /// True if the parameters that use most of their bands come first.
-    pub(crate) by_band: bool,
+    /// True if the parameters are in the model's order. Otherwise those that use most of their
+    /// bands come first.
+    pub(crate) in_model_order: bool,
     /// True if an explanation of keys and figures replaces the status.
     pub(crate) shows_help: bool,
     /// Number of lines by which the screen is scrolled down.
@@ -77,13 +80,15 @@ fn draw_body(frame: &mut Frame<'_>, view: &View, looks: TextStyles, area: Rect) 
         let service = sections::lines(snapshot, looks, left_column.width);
         vec![
             (left_column, service),
-            (right, parameters::lines(snapshot, looks, right.width, view.by_band)),
+            (right, parameters::lines(snapshot, looks, right.width, view.in_model_order)),
         ]
     } else {
-        let mut lines = sections::lines(snapshot, looks, area.width);
-        lines.push(Line::default());
-        lines.extend(parameters::lines(snapshot, looks, area.width, view.by_band));
-        vec![(area, lines)]
+        let service = sections::lines(snapshot, looks, area.width);
+        let table = parameters::lines(snapshot, looks, area.width, view.in_model_order);
+        let fits = service.len() + 1 + table.len() <= area.height.into();
+        let are_sorted = !view.in_model_order && parameters::are_compared(snapshot);
+        let first = if are_sorted && !fits { FIRST_PARAMETERS } else { 0 };
+        vec![(area, single_column(service, table, first))]
     };
     let longest = columns.iter().map(|(_, lines)| line_count(lines)).max().unwrap_or(0);
     let scrolls = longest.saturating_sub(area.height);
@@ -94,6 +99,27 @@ fn draw_body(frame: &mut Frame<'_>, view: &View, looks: TextStyles, area: Rect) 
         frame.render_widget(Paragraph::new(lines).scroll(scroll), area);
     }
     scrolls
+}
+
+/// Puts the sections before the table of the parameters, except for its first rows, which come
+/// first.
+fn single_column(
+    service: Vec<Line<'static>>,
+    mut table: Vec<Line<'static>>,
+    first: usize,
+) -> Vec<Line<'static>> {
+    let mut lines = Vec::new();
+    if first > 0 && table.len() > first + 1 {
+        let heading = table.first().cloned();
+        let rest = table.split_off(first + 1);
+        lines.append(&mut table);
+        lines.push(Line::default());
+        table = heading.into_iter().chain(rest).collect();
+    }
+    lines.extend(service);
+    lines.push(Line::default());
+    lines.extend(table);
+    lines
 }
 
 fn line_count(lines: &[Line<'_>]) -> u16 {
@@ -162,7 +188,7 @@ fn health_lines(view: &View, looks: TextStyles, width: u16) -> Vec<Line<'static>
 fn key_line(view: &View, scrolls: u16) -> Line<'static> {
     let help = if view.shows_help { "? back" } else { "? help" };
     let pause = if view.is_paused { "p go on" } else { "p pause" };
-    let order = if view.by_band { "s model's order" } else { "s by band" };
+    let order = if view.in_model_order { "s by band" } else { "s model's order" };
     let scroll = match (view.scrolled_lines.min(scrolls), scrolls) {
         (_, 0) => String::new(),
         (at, most) => format!("  ↑ ↓ scroll ({at} of {most})"),

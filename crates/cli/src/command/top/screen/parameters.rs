@@ -19,13 +19,20 @@ const WITHOUT_BARS: u16 = 52;
 const WITHOUT_CHANGES: u16 = 42;
 const WITHOUT_DEVIATIONS: u16 = 31;
 
+/// Returns true if the parameters are compared with a baseline, so that each uses a share of its
+/// band.
+pub(super) fn are_compared(snapshot: &Snapshot) -> bool {
+    let drift = snapshot.estimation.as_ref().and_then(|status| status.drift.as_ref());
+    drift.is_some_and(|drift| drift.compared)
+}
+
 /// Returns the lines of the parameters, in the model's order or sorted by the used share of their
 /// bands.
 pub(super) fn lines(
     snapshot: &Snapshot,
     looks: TextStyles,
     width: u16,
-    by_band: bool,
+    in_model_order: bool,
 ) -> Vec<Line<'static>> {
     let Some(status) = &snapshot.estimation else { return Vec::new() };
     let Some(estimate) = &status.last_estimate else { return Vec::new() };
@@ -51,7 +58,7 @@ pub(super) fn lines(
         changes.iter().find(|change| change.parameter == parameter.name)
     };
     let mut parameters: Vec<_> = estimate.parameters.iter().collect();
-    if by_band {
+    if !in_model_order {
         let share = |of: &&ParameterValue| change(of).and_then(|change| change.band_share);
         let share = |of: &&ParameterValue| share(of).unwrap_or(-1.0);
         parameters.sort_by(|one, other| share(other).total_cmp(&share(one)));

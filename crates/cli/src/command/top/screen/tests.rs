@@ -192,13 +192,19 @@ fn place(text: &str, name: &str) -> Option<usize> {
 }
 
 #[test]
-fn the_parameters_that_use_most_of_their_bands_come_first_on_demand() {
-    let view = View { by_band: true, ..shown(snapshot(Some(drift(true)))) };
+fn the_parameters_that_use_most_of_their_bands_come_first() {
+    let view = shown(snapshot(Some(drift(true))));
     let (text, _) = drawn(&view, (80, 60));
     let places = ["fc3", "fc_m6", "zz1r", "fv3"].map(|name| place(&text, name).unwrap());
     assert!(places.is_sorted(), "{text}");
-    let (text, _) = drawn(&View { by_band: false, ..view }, (80, 60));
+    let (text, _) = drawn(&View { in_model_order: true, ..view.clone() }, (80, 60));
     assert!(place(&text, "zz1r") < place(&text, "fc3"), "{text}");
+    // Where not everything fits, five of them come before all else.
+    let (text, _) = drawn(&view, (80, 24));
+    let most_used = ["fc3", "fc_m6", "fv_m6"].map(|name| place(&text, name));
+    let losses = place(&text, "bus");
+    assert!(most_used.iter().all(|place| place.is_some() && *place < losses), "{text}");
+    assert_eq!(place(&text, "fv3"), None, "{text}");
 }
 
 #[test]
@@ -260,6 +266,7 @@ fn everything_is_reached_by_scrolling_and_nothing_panics_at_any_size() {
             }
         }
     }
+    let view = View { in_model_order: true, ..view };
     let (top, scrolls) = drawn(&view, (80, 24));
     assert!(!top.contains("fc_m6") && scrolls > 0);
     let (bottom, _) = drawn(&View { scrolled_lines: scrolls, ..view.clone() }, (80, 24));
