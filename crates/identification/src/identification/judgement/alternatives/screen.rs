@@ -279,7 +279,9 @@ impl Rows {
     fn explained(&self, torque: &DMatrix<f64>) -> DMatrix<f64> {
         let (rows, joints) = torque.shape();
         match &self.known_torque {
-            Some(known) => torque - DMatrix::from_column_slice(rows, joints, known.as_slice()),
+            Some(known_torque) => {
+                torque - DMatrix::from_column_slice(rows, joints, known_torque.as_slice())
+            }
             None => torque.clone(),
         }
     }
