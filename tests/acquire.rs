@@ -97,7 +97,7 @@ fn nothing_is_allocated_per_frame() {
     );
     // All are full but the last one, the end, and those that a late sender left at their age.
     let full = 60_000_u64.div_ceil(64) + 1;
-    let aged = start.elapsed().as_millis() as u64 / 50;
+    let aged = u64::try_from(start.elapsed().as_millis()).unwrap() / 50;
     assert!((full..=full + aged).contains(&counts.batches), "{counts:?}, {aged}");
     assert!(cost.count_total <= counts.batches, "{cost:?}, {counts:?}");
 }
