@@ -203,6 +203,28 @@ impl SourceError {
     }
 }
 
+/// A log names more interfaces than a source can have.
+struct TooManyInterfaces;
+
+/// Returns the index of an interface of a log. A new one is added, unless the interfaces are fixed:
+/// then it is `None`.
+fn index_of(
+    interfaces: &mut Vec<InterfaceName>,
+    name: InterfaceName,
+    are_fixed: bool,
+) -> Result<Option<u8>, TooManyInterfaces> {
+    let index = match interfaces.iter().position(|available| *available == name) {
+        Some(index) => index,
+        None if are_fixed => return Ok(None),
+        None if interfaces.len() == MAX_INTERFACES => return Err(TooManyInterfaces),
+        None => {
+            interfaces.push(name);
+            interfaces.len() - 1
+        }
+    };
+    Ok(u8::try_from(index).ok())
+}
+
 /// Returns the free capacity of a batch.
 fn capacity(batch: &Vec<Frame>) -> usize {
     batch.capacity() - batch.len()

@@ -12,7 +12,7 @@ use super::object::{self, CONTAINER, HEADER_BYTES, MARK, u16_at, u32_at, u64_at}
 use crate::frame::Frame;
 use crate::source::{
     InterfaceName, MAX_INTERFACES, Received, Source, SourceCounters, SourceError, StampClock,
-    capacity,
+    TooManyInterfaces, capacity, index_of,
 };
 
 /// First bytes of a binary log.
@@ -230,18 +230,8 @@ impl<R: BufRead> BlfSource<R> {
     }
 
     fn index_of(&mut self, name: InterfaceName) -> Result<Option<u8>, BlfError> {
-        let index = match self.interfaces.iter().position(|available| *available == name) {
-            Some(index) => index,
-            None if self.has_fixed_interfaces => return Ok(None),
-            None if self.interfaces.len() == MAX_INTERFACES => {
-                return Err(self.damaged(ObjectFault::TooManyInterfaces));
-            }
-            None => {
-                self.interfaces.push(name);
-                self.interfaces.len() - 1
-            }
-        };
-        Ok(u8::try_from(index).ok())
+        index_of(&mut self.interfaces, name, self.has_fixed_interfaces)
+            .map_err(|TooManyInterfaces| self.damaged(ObjectFault::TooManyInterfaces))
     }
 
     fn damaged(&self, fault: ObjectFault) -> BlfError {

@@ -6,7 +6,7 @@ use super::info::McapInfo;
 use super::ros_frame::{self, RosFrame};
 use super::{TOPIC_PREFIX, joint_states, message, op};
 use crate::frame::Frame;
-use crate::source::{InterfaceName, MAX_INTERFACES, SourceCounters};
+use crate::source::{InterfaceName, MAX_INTERFACES, SourceCounters, TooManyInterfaces, index_of};
 
 /// Format of a message with a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -172,20 +172,8 @@ fn parse_schema<'a>(bytes: &mut ByteReader<'a>) -> Option<(u16, &'a str, &'a str
     Some((bytes.take_u16()?, bytes.take_text()?, bytes.take_text()?))
 }
 
-/// Returns the number of an interface, or `None` if its frames are skipped.
-fn index_of(
-    interfaces: &mut Vec<InterfaceName>,
-    name: InterfaceName,
-    listed: bool,
-) -> Result<Option<u8>, Corruption> {
-    let index = match interfaces.iter().position(|available| *available == name) {
-        Some(index) => index,
-        None if listed => return Ok(None),
-        None if interfaces.len() == MAX_INTERFACES => return Err(Corruption::TooManyInterfaces),
-        None => {
-            interfaces.push(name);
-            interfaces.len() - 1
-        }
-    };
-    Ok(u8::try_from(index).ok())
+impl From<TooManyInterfaces> for Corruption {
+    fn from(_: TooManyInterfaces) -> Self {
+        Self::TooManyInterfaces
+    }
 }

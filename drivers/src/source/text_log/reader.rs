@@ -10,7 +10,7 @@ use super::{LineFault, MAX_LINE, TextLogError};
 use crate::frame::Frame;
 use crate::source::{
     InterfaceName, MAX_INTERFACES, Received, Source, SourceCounters, SourceError, StampClock,
-    capacity,
+    TooManyInterfaces, capacity, index_of,
 };
 
 /// Number of bytes at the beginning of a file by which its kind and its stamps are detected: some
@@ -164,18 +164,8 @@ impl<R: BufRead> TextLog<R> {
     }
 
     fn index_of(&mut self, name: InterfaceName) -> Result<Option<u8>, LineFault> {
-        let index = match self.interfaces.iter().position(|available| *available == name) {
-            Some(index) => index,
-            None if self.has_fixed_interfaces => return Ok(None),
-            None if self.interfaces.len() == MAX_INTERFACES => {
-                return Err(LineFault::TooManyInterfaces);
-            }
-            None => {
-                self.interfaces.push(name);
-                self.interfaces.len() - 1
-            }
-        };
-        Ok(u8::try_from(index).ok())
+        index_of(&mut self.interfaces, name, self.has_fixed_interfaces)
+            .map_err(|TooManyInterfaces| LineFault::TooManyInterfaces)
     }
 
     fn at_line(&self, fault: LineFault) -> TextLogError {
