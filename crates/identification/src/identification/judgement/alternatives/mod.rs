@@ -163,6 +163,8 @@ fn explain(refit: &Refit<'_>, logged: &Experiment, found: &mut FoundAlternatives
 /// Alternative with its evidence.
 struct Candidate {
     alternative: Alternative,
+    /// Σ_j N_j ln(e_j / e'_j).
+    likelihood_gain: f64,
     evidence: f64,
     matters: bool,
     /// Independent rows of each joint.
@@ -183,9 +185,8 @@ impl Candidate {
             let after = relative_squares(&reading.refit(&refit.context).ok()?);
             Some(likelihood_gain([&before, &after], &self.rows))
         };
-        let [lower, own, higher] =
-            [-STEP, 0.0, STEP].map(|step| likelihood(step).unwrap_or(f64::NAN));
-        let curvature = (2.0 * own - lower - higher) / (STEP * STEP);
+        let [lower, higher] = [-STEP, STEP].map(|step| likelihood(step).unwrap_or(f64::NAN));
+        let curvature = (2.0 * self.likelihood_gain - lower - higher) / (STEP * STEP);
         let shift = (higher - lower) / (2.0 * STEP * curvature);
         let chosen = Chosen {
             value: value * shift.clamp(-STEP, STEP).exp(),
@@ -255,7 +256,6 @@ fn fitted_directly(
     let squares = relative_squares(refit);
     let finalist = |alternative| Finalist {
         alternative,
-        gain: 0.0,
         is_inside: true,
         squares: [squares.clone(), squares.clone()],
     };
@@ -264,14 +264,12 @@ fn fitted_directly(
     };
     let tried = groups.iter().filter(|of| of.is_fitted_directly()).flat_map(of_group);
     let fitted = tried.map(|of| of.fit(refit, logged, torques));
-    fitted.max_by(|one, other| one.gain().total_cmp(&other.gain()))
+    fitted.max_by(|one, other| sum_of_gains(&one.squares).total_cmp(&sum_of_gains(&other.squares)))
 }
 
 /// Alternative that passed the screening.
 struct Finalist {
     alternative: Alternative,
-    /// Σ_j ln(e_j / e'_j) at the picked rows.
-    gain: f64,
     is_inside: bool,
     /// Squared relative residual of each joint at the picked rows, before and after.
     squares: [Vec<f64>; 2],
@@ -284,13 +282,12 @@ fn finalists(
     torques: &DivisorTorques,
 ) -> Option<Vec<Finalist>> {
     let before = screen.configured()?;
-    let gain = |after: &[f64]| gains([&before, after]).sum::<f64>();
     let mut screened: Vec<Finalist> = Vec::new();
     for Group { alternative, constants } in groups.iter().filter(|of| !of.is_fitted_directly()) {
         let mut score = |constant: f64| -> Option<(f64, Vec<f64>)> {
             let after = screen.with(&alternative.with_constant(constant))?;
             let after = alternative.by_configured_torque(after);
-            Some((gain(&after), after))
+            Some((gains([&before, &after]).sum(), after))
         };
         let tried = match constants.is_empty() {
             true => vec![0.0],
@@ -309,10 +306,11 @@ fn finalists(
             constant = refined([*low, *high], |of| score(of).map_or(f64::NEG_INFINITY, |of| of.0));
             after = score(constant).map_or(after, |of| of.1);
         }
-        let (alternative, gain) = (alternative.with_constant(constant), gain(&after));
-        screened.push(Finalist { alternative, gain, is_inside, squares: [before.clone(), after] });
+        let alternative = alternative.with_constant(constant);
+        screened.push(Finalist { alternative, is_inside, squares: [before.clone(), after] });
     }
-    screened.sort_by(|one, other| other.gain.total_cmp(&one.gain));
+    screened
+        .sort_by(|one, other| sum_of_gains(&other.squares).total_cmp(&sum_of_gains(&one.squares)));
     let mut finalists: Vec<Finalist> = Vec::new();
     for candidate in screened {
         if !finalists.iter().any(|of| of.alternative.is_related(&candidate.alternative)) {
@@ -372,11 +370,6 @@ struct Fitted {
 }
 
 impl Fitted {
-    /// Returns the sum of ln(e / e') over the joints.
-    fn gain(&self) -> f64 {
-        gains(self.squares.each_ref().map(Vec::as_slice)).sum()
-    }
-
     /// Compares the alternative with the configured reading.
     fn judge(self, refit: &Refit<'_>, filter: &RowFilter, count: usize) -> Option<Candidate> {
         let rows = match &self.solved {
@@ -384,12 +377,13 @@ impl Fitted {
             None => refit.solved.effective_rows(filter),
         };
         let [before, after] = &self.squares;
-        let gain = likelihood_gain([before, after], &rows);
+        let likelihood_gain = likelihood_gain([before, after], &rows);
         let all_rows: f64 = rows.iter().sum();
         let Self { alternative, matters, .. } = self;
         let choice = if alternative.constant().is_some() { 0.5 * all_rows.ln() } else { 0.0 };
-        let evidence = gain - choice - (count as f64).ln();
-        evidence.is_finite().then_some(Candidate { alternative, evidence, matters, rows })
+        let evidence = likelihood_gain - choice - (count as f64).ln();
+        let candidate = Candidate { alternative, likelihood_gain, evidence, matters, rows };
+        evidence.is_finite().then_some(candidate)
     }
 }
 
@@ -399,6 +393,11 @@ fn gains([before, after]: [&[f64]; 2]) -> impl Iterator<Item = f64> {
         true => 0.5 * (before / after).ln(),
         false => 0.0,
     })
+}
+
+/// Returns Σ_j ln(e_j / e'_j) from the squared errors before and after.
+fn sum_of_gains([before, after]: &[Vec<f64>; 2]) -> f64 {
+    gains([before, after]).sum()
 }
 
 /// Returns Σ_j N_j ln(e_j / e'_j), for the independent rows N of each joint.
