@@ -5,6 +5,7 @@ use std::fs;
 
 use crate::new::{RAD, folder, motion_of};
 use crate::program::{identify_arm, json, repository, succeed};
+use crate::settings::{self, two_link_cell};
 use didim_dynamics::dynamics::Model;
 use didim_dynamics::robot::Robot;
 use serde_json::Value;
@@ -104,20 +105,9 @@ fn torques_without_gravity_are_named_with_the_key_that_declares_them() {
         writeln!(table, "{}", row.map(|value| format!("{value:.7}")).join(",")).unwrap();
     }
     fs::write(&log, table).unwrap();
-    let identify = |excludes: &str| {
-        let text = format!(
-            "name = \"two\"\nrobot = \"arm.urdf\"\n[urdf]\ndrive_inertia = false\n\
-             gear_ratios = [1.0, 1.0]\nfriction = {{ viscous = true, coulomb = true, offset = \
-             true, sign = {{ model = \"tanh\", width_rad_s = 0.02 }} }}\n[data]\n\
-             rate_hz = 200.0\ntorque_valid = \"instant\"\nside = \"joint\"\n{excludes}\
-             time = {{ column = \"t\", unit = \"s\" }}\n\
-             position = {{ column = \"q{{axis}}\", unit = \"rad\" }}\n\
-             torque = {{ column = \"f{{axis}}\", unit = \"Nm\" }}\n[identification]\n\
-             method = \"idim-ls\"\nposition_filter.cutoff_hz = 20.0\n\
-             decimation_filter.factor = 10\n"
-        );
-        fs::write(&cell, text).unwrap();
-        json(&succeed(&[&"identify", &"--json", &"--cell", &cell, &"--input", &log]))
+    let identify = |excludes: &str| -> Value {
+        fs::write(&cell, two_link_cell("", excludes)).unwrap();
+        settings::identify(&cell, &log)
     };
     let wrong = identify("");
     let found = readings(&wrong);

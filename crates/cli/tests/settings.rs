@@ -32,7 +32,7 @@ fn write(file: &Path, key: &str, value: &Value) {
     fs::write(file, toml::to_string(&root).unwrap()).unwrap();
 }
 
-fn identify(cell: &Path, input: &Path) -> Value {
+pub(crate) fn identify(cell: &Path, input: &Path) -> Value {
     let arguments: [&dyn AsRef<OsStr>; 8] =
         [&"identify", &"--json", &"--method", &"idim-ls", &"--cell", &cell, &"--input", &input];
     json(&succeed(&arguments))
@@ -167,6 +167,22 @@ fn columns_of_a_table_get_the_values_that_the_data_ask_for() {
     assert_corrected(&cell, &table, "torque-gain", "data.torque.factor", 1.0 / 1.2);
 }
 
+/// The cell of the arm with two links, with further keys of `[urdf]` and `[data]`, each with its
+/// newline.
+pub(crate) fn two_link_cell(urdf: &str, data: &str) -> String {
+    format!(
+        "name = \"two\"\nrobot = \"arm.urdf\"\n[urdf]\ndrive_inertia = false\n\
+         gear_ratios = [1.0, 1.0]\nfriction = {{ viscous = true, coulomb = true, offset = \
+         true, sign = {{ model = \"tanh\", width_rad_s = 0.02 }} }}\n{urdf}[data]\n\
+         rate_hz = 200.0\ntorque_valid = \"instant\"\nside = \"joint\"\n{data}\
+         time = {{ column = \"t\", unit = \"s\" }}\n\
+         position = {{ column = \"q{{axis}}\", unit = \"rad\" }}\n\
+         torque = {{ column = \"f{{axis}}\", unit = \"Nm\" }}\n[identification]\n\
+         method = \"idim-ls\"\nposition_filter.cutoff_hz = 20.0\n\
+         decimation_filter.factor = 10\n"
+    )
+}
+
 /// An upright arm whose cell says that it hangs on its side: the key belongs to the cell, and
 /// gravity to the base link of the URDF, whose axes are not those of the model's base frame.
 #[test]
@@ -174,18 +190,7 @@ fn the_mounting_of_a_urdf_gets_the_gravity_that_the_data_ask_for() {
     let folder = folder(["t", "q1", "q2", "f1", "f2"], RAD);
     let [cell, log] = ["cell.toml", "log.csv"].map(|name| folder.path().join(name));
     let with_gravity = |gravity: &str| {
-        let text = format!(
-            "name = \"two\"\nrobot = \"arm.urdf\"\n[urdf]\ndrive_inertia = false\n\
-             gear_ratios = [1.0, 1.0]\nfriction = {{ viscous = true, coulomb = true, offset = \
-             true, sign = {{ model = \"tanh\", width_rad_s = 0.02 }} }}\n{gravity}[data]\n\
-             rate_hz = 200.0\ntorque_valid = \"instant\"\nside = \"joint\"\n\
-             time = {{ column = \"t\", unit = \"s\" }}\n\
-             position = {{ column = \"q{{axis}}\", unit = \"rad\" }}\n\
-             torque = {{ column = \"f{{axis}}\", unit = \"Nm\" }}\n[identification]\n\
-             method = \"idim-ls\"\nposition_filter.cutoff_hz = 20.0\n\
-             decimation_filter.factor = 10\n"
-        );
-        fs::write(&cell, text).unwrap();
+        fs::write(&cell, two_link_cell(gravity, "")).unwrap();
         identify(&cell, &log)
     };
     let found = |result: &Value| settings(result, "gravity-direction", "urdf.gravity_m_s2");
