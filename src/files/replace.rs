@@ -23,7 +23,7 @@ static UNFINISHED_FILES: UnfinishedFiles = UnfinishedFiles(Mutex::new(BTreeSet::
 /// the sync of the folder.
 pub fn replace<T>(
     path: &Path,
-    write: impl FnOnce(&mut dyn Write) -> io::Result<T>,
+    write: impl FnOnce(&mut (dyn Write + Send)) -> io::Result<T>,
 ) -> io::Result<T> {
     UNFINISHED_FILES.replace(path, write)
 }
@@ -80,7 +80,7 @@ impl UnfinishedFiles {
     fn replace<T>(
         &self,
         path: &Path,
-        write: impl FnOnce(&mut dyn Write) -> io::Result<T>,
+        write: impl FnOnce(&mut (dyn Write + Send)) -> io::Result<T>,
     ) -> io::Result<T> {
         let folder = match path.parent() {
             Some(folder) if !folder.as_os_str().is_empty() => folder,

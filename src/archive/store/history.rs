@@ -11,7 +11,7 @@ mod scan;
 mod segments;
 mod summary;
 
-pub(super) use day::day_rows;
+pub(in crate::archive) use day::day_rows;
 pub use day::{MeanPart, WeightedMean};
 pub use file::{HistoryError, for_each_day, for_each_line, read_history};
 pub use follow::{HistoryFollower, HistoryMark};

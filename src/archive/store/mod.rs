@@ -22,6 +22,7 @@ pub use history::{
     HistoryLine, HistoryMark, MeanPart, ParameterValue, WeightedMean, for_each_day, for_each_line,
     read_history,
 };
+pub(in crate::archive) use history::day_rows;
 pub use load::{FoundLoad, LoadChange, mass_text};
 pub use model_context::{KeptValue, ModelContext, read_known};
 pub use record::{Attachments, Recordings, ResultRecord, WindowProvenance};
