@@ -18,9 +18,7 @@ use didim::analysis::{
 use didim::archive::drift::{Baseline, DriftOptions, JudgedHistory};
 use didim::archive::events::{Event, read_events};
 use didim::archive::store::{HistoryLine, result_file};
-use didim::report::history::{
-    Difference, HistoryDocument, plot, summary, table, write_long_table,
-};
+use didim::report::history::{Difference, HistoryDocument, plot, summary, table, write_long_table};
 use didim::report::html::HistoryReport;
 use didim_formats::{LongFormat, LongTableError};
 
