@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::archive::store::Timestamp;
 use crate::files::{read_bytes, replace};
 
-/// Hours that count as the last day \[1\]: the present one and the 24 before it, so that no 24 hours
+/// Hours that count as the last day \[1\]: the present one and the 24 before it. No 24 hours then
 /// exceed the budget.
 const HOURS: u64 = 25;
 /// Seconds of an hour.
