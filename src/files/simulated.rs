@@ -504,7 +504,7 @@ impl DiskState {
 
     fn write_folder(&self, inode: usize, crash: Crash, random: &mut ChaCha8Rng, folder: &Path) {
         let names = &self.folders[&inode];
-        let mut left = names.certain.clone();
+        let mut entries = names.certain.clone();
         for change in &names.pending {
             let is_left = match crash {
                 Crash::Nothing | Crash::ContentOnly => false,
@@ -512,10 +512,10 @@ impl DiskState {
                 Crash::Random(_) => random.next_u32() % 2 == 0,
             };
             if is_left {
-                change.apply(&mut left);
+                change.apply(&mut entries);
             }
         }
-        for (name, node) in &left {
+        for (name, node) in &entries {
             let path = folder.join(name);
             match node {
                 Node::Folder(number) => {

@@ -12,7 +12,7 @@ use crate::text::sha256;
 use crate::window::Note;
 
 /// Number of results that are kept: fewer than are stored.
-const KEPT: usize = 3;
+const RESULTS_KEPT: usize = 3;
 const DAY_S: u64 = 86_400;
 /// Noon of a day.
 const START_S: u64 = 20_779 * DAY_S + DAY_S / 2;
@@ -52,7 +52,7 @@ fn configuration(name: &str) -> (String, ConfigurationTexts) {
 
 impl Run<'_> {
     fn open(&self) -> Option<Results> {
-        Results::open(self.folder, KEPT, DriftOptions::default()).ok()
+        Results::open(self.folder, RESULTS_KEPT, DriftOptions::default()).ok()
     }
 
     /// Stores a result with a note. A note is only in the line of the history.
@@ -136,7 +136,7 @@ fn check(folder: &Path, acts: &Acts, until: usize, earlier: u64) -> Result<(), S
             Fact::Baseline(_) => None,
         })
         .collect();
-    let mut results = Results::open(folder, KEPT, DriftOptions::default())
+    let mut results = Results::open(folder, RESULTS_KEPT, DriftOptions::default())
         .map_err(|problem| format!("no start: {problem}"))?;
     let mut extra = 0;
     for entry in fs::read_dir(folder).unwrap() {
@@ -164,14 +164,14 @@ fn check(folder: &Path, acts: &Acts, until: usize, earlier: u64) -> Result<(), S
         }
         let is_known = |stored: &&&Stored| stored.path.file_name().unwrap() == &*name;
         match stored.iter().find(is_known) {
-            Some(known) if known.json != content => return Err(format!("{name} has changed")),
+            Some(own) if own.json != content => return Err(format!("{name} has changed")),
             Some(_) => {}
             None => extra += 1,
         }
     }
-    for known in stored.iter().rev().take(KEPT.saturating_sub(extra)) {
-        if !folder.join(known.path.file_name().unwrap()).exists() {
-            return Err(format!("result {} is lost", known.number));
+    for own in stored.iter().rev().take(RESULTS_KEPT.saturating_sub(extra)) {
+        if !folder.join(own.path.file_name().unwrap()).exists() {
+            return Err(format!("result {} is lost", own.number));
         }
     }
     let (lines, passed_over) = match read_history(folder) {
@@ -181,11 +181,11 @@ fn check(folder: &Path, acts: &Acts, until: usize, earlier: u64) -> Result<(), S
     if passed_over > 0 {
         return Err("a line of the history is torn".to_owned());
     }
-    for known in &stored {
-        let own = lines.iter().filter(|line| line.result == known.number && line.day.is_none());
+    for result in &stored {
+        let own = lines.iter().filter(|line| line.result == result.number && line.day.is_none());
         let own: Vec<_> = own.collect();
-        if own != [&known.line] {
-            return Err(format!("result {} has the lines {own:?}", known.number));
+        if own != [&result.line] {
+            return Err(format!("result {} has the lines {own:?}", result.number));
         }
     }
     let of_lines = lines.iter().map(|line| line.day.as_ref().map_or(1, |day| day.results));

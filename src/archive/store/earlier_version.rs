@@ -49,7 +49,7 @@ pub struct EarlierLayout {
     /// Number of lines in the history: results, and rows of days.
     pub lines: usize,
     /// Number of files that were moved into the subfolder [`NEWER_FOLDER`].
-    pub moved: usize,
+    pub files_moved: usize,
 }
 
 /// Subfolder for the files that the earlier version does not read.
@@ -82,7 +82,7 @@ impl EarlierVersion {
         for path in store.result_files()?.into_iter().chain([folder.join(BASELINE)]) {
             layout.rewritten += usize::from(rewrite(&path)?);
         }
-        (layout.lines, layout.moved) = join_history(folder)?;
+        (layout.lines, layout.files_moved) = join_history(folder)?;
         drop(store);
         Ok(layout)
     }
@@ -152,13 +152,13 @@ fn join_history(folder: &Path) -> Result<(usize, usize), StoreError> {
         written.map_err(io_error("write", &complete))?;
     }
     let newer = folder.join(NEWER_FOLDER);
-    let moved = move_all(&parts, &newer).map_err(io_error("move files to", &newer))?;
+    let files_moved = move_all(&parts, &newer).map_err(io_error("move files to", &newer))?;
     let placed = with_disk(|disk| {
         disk.rename(&complete, &history)?;
         disk.sync_folder(folder)
     });
     placed.map_err(io_error("write", &history))?;
-    Ok((lines, moved))
+    Ok((lines, files_moved))
 }
 
 fn move_all(paths: &[PathBuf], folder: &Path) -> io::Result<usize> {
@@ -194,11 +194,11 @@ mod tests {
 
     #[test]
     fn only_known_versions_are_written() {
-        for known in ["0.2", "0.2.0"] {
-            assert_eq!(EarlierVersion::parse(known), Some(EarlierVersion::V0_2));
+        for version in ["0.2", "0.2.0"] {
+            assert_eq!(EarlierVersion::parse(version), Some(EarlierVersion::V0_2));
         }
-        for unknown in ["", "0.1.0", "0.3.0", "0.2.1", "2"] {
-            assert_eq!(EarlierVersion::parse(unknown), None);
+        for version in ["", "0.1.0", "0.3.0", "0.2.1", "2"] {
+            assert_eq!(EarlierVersion::parse(version), None);
         }
     }
 

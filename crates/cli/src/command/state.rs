@@ -38,6 +38,6 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         "{}: {} rewritten; {lines}; {} moved to {NEWER_FOLDER}/\n",
         folder.display(),
         count_with_noun(written.rewritten, "file"),
-        count_with_noun(written.moved, "file"),
+        count_with_noun(written.files_moved, "file"),
     ))
 }

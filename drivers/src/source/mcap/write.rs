@@ -83,6 +83,12 @@ struct Joints {
     names: Vec<String>,
 }
 
+/// Compression of kept recordings.
+#[cfg(feature = "zstd")]
+const COMPRESSION: Option<Compression> = Some(Compression::Zstd);
+#[cfg(not(feature = "zstd"))]
+const COMPRESSION: Option<Compression> = None;
+
 impl<W: Write> McapWriter<W> {
     /// Creates a writer and writes the beginning of the file. The interface index of a frame
     /// selects a name in `info.interfaces`.
@@ -93,13 +99,13 @@ impl<W: Write> McapWriter<W> {
         Self::create(out, info, None)
     }
 
-    /// Creates a writer like [`Self::new`], whose chunks are compressed with zstd. This takes a
-    /// quarter of the space, and more time.
+    /// Creates a writer like [`Self::new`], whose chunks are compressed if this build has the
+    /// feature `zstd`. This takes a quarter of the space, and more time.
     ///
     /// # Errors
     /// [`McapWriteError`].
     pub fn compressed(out: W, info: &McapInfo) -> Result<Self, McapWriteError> {
-        Self::create(out, info, Some(Compression::Zstd))
+        Self::create(out, info, COMPRESSION)
     }
 
     fn create(

@@ -28,10 +28,10 @@ fn frames_of(path: &Path) -> Option<usize> {
 fn crash_everywhere(ignored: Option<&str>) -> Result<usize, String> {
     let recorded = Recorded::record(0..20_000);
     let mut archive = recorded.archive();
-    let kept = archive.folder.clone();
-    std::fs::create_dir_all(&kept).unwrap();
-    let mut state = DiskState::of_folder(&kept);
-    let disk = SimulatedDisk::new(&kept);
+    let target = archive.folder.clone();
+    std::fs::create_dir_all(&target).unwrap();
+    let mut state = DiskState::of_folder(&target);
+    let disk = SimulatedDisk::new(&target);
     let mut done = Vec::new();
     for number in 0..2 {
         disk.run(|| keep(&mut archive, number));
@@ -50,11 +50,12 @@ fn crash_everywhere(ignored: Option<&str>) -> Result<usize, String> {
             state.write_remains(crash, folder.path());
             // The next recording is kept here.
             ArchiveFolder::open(folder.path(), 10, u64::MAX).unwrap();
-            let left: Vec<_> = files(folder.path()).iter().map(|file| frames_of(file)).collect();
+            let remaining: Vec<_> =
+                files(folder.path()).iter().map(|file| frames_of(file)).collect();
             let acknowledged = done.iter().filter(|at| **at <= until).count();
-            let is_whole = left.iter().all(|frames| *frames == Some(1_750));
-            if left.len() < acknowledged || !is_whole {
-                return Err(format!("{crash:?} after change {until}: {left:?}"));
+            let is_whole = remaining.iter().all(|frames| *frames == Some(1_750));
+            if remaining.len() < acknowledged || !is_whole {
+                return Err(format!("{crash:?} after change {until}: {remaining:?}"));
             }
             crashes += 1;
         }
