@@ -509,7 +509,7 @@ impl DiskState {
             let is_left = match crash {
                 Crash::Nothing | Crash::ContentOnly => false,
                 Crash::Everything | Crash::NamesOnly | Crash::NamesAndTorn(_) => true,
-                Crash::Random(_) => random.next_u32() % 2 == 0,
+                Crash::Random(_) => random.next_u32().is_multiple_of(2),
             };
             if is_left {
                 change.apply(&mut entries);
@@ -553,7 +553,7 @@ fn remains(content: &Content, crash: Crash, random: &mut ChaCha8Rng) -> Vec<u8> 
     let at = (at / SECTOR * SECTOR).max(same);
     let mut torn = present[..at].to_vec();
     // The size may be there before the content.
-    if random.next_u32() % 2 == 0 {
+    if random.next_u32().is_multiple_of(2) {
         torn.resize(present.len(), 0);
     }
     torn

@@ -127,7 +127,7 @@ fn rewrite(path: &Path) -> Result<bool, EarlierVersionError> {
 /// Replaces schema 2 by 1.
 fn lower_schema(value: &mut Value) -> bool {
     match value.get_mut("schema") {
-        Some(schema) if *schema == Value::from(2) => {
+        Some(schema) if schema.as_u64() == Some(2) => {
             *schema = 1.into();
             true
         }
