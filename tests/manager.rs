@@ -10,6 +10,7 @@ use crate::common::manager::{Manager, terminate};
 use crate::common::{Network, Process};
 use didim::archive::ResultOptions;
 use didim::live::acquire::{AcquireOptions, RealTimeOptions};
+use didim::live::recording::WriteBudget;
 use didim::live::stream::Pace;
 use didim::live::worker::{
     IdentifiedWindow, Identify, TimeOfDay, Trigger, WindowOptions, WorkerOptions,
@@ -154,6 +155,7 @@ fn child_serves() {
             recorded: None,
             archiver: None,
             results: ResultOptions::default(),
+            budget: WriteBudget::default(),
         },
     };
     let socket = |name, mode| Some(SocketOptions { path: folder.join(name), mode, group: None });

@@ -128,7 +128,7 @@ fn optional(key: &str) -> Value {
         }
         "buffer_to_worker" | "batch_to_worker" => times,
         "real_time" => json!({ "priority": refused, "cpu": refused, "memory": refused }),
-        "receive_buffer_bytes" => 1.into(),
+        "receive_buffer_bytes" | "budget_bytes" => 1.into(),
         "receive_buffer_asked_bytes" => 2.into(),
         "recording" => {
             let state = RecordingState::Failed;

@@ -10,6 +10,7 @@ use didim::archive::ResultOptions;
 use didim::archive::store::{HistoryLine, Timestamp, read_history};
 use didim::live::acquire::{AcquireOptions, BusState, RealTimeOptions};
 use didim::live::latency::LatencySummary;
+use didim::live::recording::WriteBudget;
 use didim::live::stream::{Pace, StreamNode, Topic};
 use didim::live::worker::{
     Command, IdentifiedWindow, Identify, Rejection, TimeOfDay, Trigger, WindowOptions,
@@ -57,6 +58,7 @@ fn estimation(
             recorded: None,
             archiver: None,
             results: ResultOptions::default(),
+            budget: WriteBudget::default(),
         },
     }
 }

@@ -9,6 +9,7 @@ use crate::archive::store::{
     Attachments, ConfigurationTexts, HistoryError, HistoryLine, ModelDifference, ResultRecord,
     Store, StoreError, Stored, Timestamp, for_each_day, for_each_line,
 };
+use crate::files::remove_leftovers;
 
 /// Data stored with the results, so that they can be reproduced and compared.
 #[derive(Clone, Debug, Default)]
@@ -46,6 +47,10 @@ impl Results {
         drift: DriftOptions,
     ) -> Result<Self, StoreError> {
         let store = Store::open(folder, max_results)?;
+        // A command that was killed while it set the baseline leaves an incomplete file.
+        if let Err(cause) = remove_leftovers(folder, Baseline::is_file_name) {
+            tracing::warn!("{}: an incomplete baseline stays: {cause}", folder.display());
+        }
         let baseline = BaselineWatch::new(folder);
         Ok(Self { store, drift, baseline, baseline_error: None, tracker: None })
     }
@@ -256,5 +261,7 @@ fn log_alarm(tracker: &Tracker, parameter: &str) {
     );
 }
 
+#[cfg(test)]
+mod crashes;
 #[cfg(test)]
 mod tests;

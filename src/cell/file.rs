@@ -376,6 +376,12 @@ pub struct ServiceSection {
     /// One process for everything; or acquisition and estimation in one each (`didim run --part
     /// acquisition`, `--part estimation`).
     pub processes: Processes,
+    /// Largest amount of data written to disk within 24 hours \[MB\]; 10 to 100 000 000. Recordings
+    /// of results give way first, then those of faults and captures, then the ring. Results never
+    /// do.
+    ///
+    /// If left out: no limit.
+    pub write_mb_per_day: Option<u64>,
     /// Raw frames on disk.
     ///
     /// If left out: nothing is recorded.
@@ -399,6 +405,7 @@ impl Default for ServiceSection {
             buffer_s: crate::live::stream::DEFAULT_BUFFER_S,
             real_time: RealTimeOptions::default(),
             processes: Processes::One,
+            write_mb_per_day: None,
             recordings: None,
             drift: DriftOptions::default(),
         }

@@ -40,6 +40,7 @@ fn service_differs(one: &ServiceSection, other: &ServiceSection) -> Option<&'sta
         ("service.buffer_s", one.buffer_s.to_bits() != other.buffer_s.to_bits()),
         ("service.real_time", one.real_time != other.real_time),
         ("service.processes", one.processes != other.processes),
+        ("service.write_mb_per_day", one.write_mb_per_day != other.write_mb_per_day),
         ("service.recordings", one.recordings != other.recordings),
     ];
     let named = differs.into_iter().find_map(|(key, differs)| differs.then_some(key));

@@ -24,6 +24,12 @@ pub(super) fn check(file: &CellFile, stream: Option<(usize, f64)>) -> Vec<Wrong>
     if file.service.keep_results == 0 {
         checked.push(Err(("service.keep_results", "has to be at least 1".to_owned())));
     }
+    if let Some(megabytes) = file.service.write_mb_per_day
+        && !(10..=100_000_000).contains(&megabytes)
+    {
+        let problem = format!("{megabytes} is not in 10..=100000000");
+        checked.push(Err(("service.write_mb_per_day", problem)));
+    }
     if !(1..=99).contains(&file.service.real_time.priority.unwrap_or(1)) {
         checked.push(Err(("service.real_time.priority", "has to be 1 to 99".to_owned())));
     }

@@ -20,6 +20,7 @@ mod wire;
 
 pub use finding::{Finding, Severity};
 pub use machine::Machine;
+pub use recordings::writing_text;
 
 use crate::analysis::screening::{FRICTION_LAWS_REMEDY, LIMITS_REMEDY, open_limits, unlisted_laws};
 use crate::cell::Cell;

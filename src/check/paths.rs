@@ -15,7 +15,7 @@ use crate::service::paths::Paths;
 
 /// Size of one result with its line in the history \[bytes\]. Measured: 89 kB with six joints and
 /// 28 parameters (docs/evidence/operations.md).
-const RESULT_BYTES: u64 = 100_000;
+pub(super) const RESULT_BYTES: u64 = 100_000;
 /// Longest path of a socket \[bytes\]: sun_path without its terminator.
 const MAX_SOCKET_PATH: usize = 107;
 

@@ -3,15 +3,16 @@
 use super::finding::Finding;
 use super::limits::CheckLimits;
 use super::machine::space_left;
-use super::paths::{check_owner, existing_parent, megabytes};
+use super::paths::{RESULT_BYTES, check_owner, existing_parent, megabytes};
 use crate::cell::{Cell, CellBus};
-use crate::live::recording::recording_folders;
+use crate::live::recording::{WriteKind, recording_folders, share_bytes};
 use crate::text::significant_digits;
 
 /// Size of a frame in a recording without its payload \[bytes\]: 131 with 64 bytes of payload, 75
 /// with 8.
 const FRAME_BYTES: f64 = 67.0;
 
+const BUDGET_KEY: &str = "service.write_mb_per_day";
 const RING_KEY: &str = "service.recordings.ring_mb";
 const DIRECTORY_KEY: &str = "service.recordings.directory";
 
@@ -20,6 +21,7 @@ pub(super) fn check(cell: &Cell, bus: &CellBus, findings: &mut Vec<Finding>) {
     let Some(options) = &cell.service.recordings else { return };
     #[expect(clippy::cast_precision_loss, reason = "at most 10 TB")]
     let ring_s = options.ring_mb as f64 * 1e6 / bytes_per_second(cell, bus);
+    check_budget(cell, bytes_per_second(cell, bus), findings);
     let needed_s = cell.window.max_s
         + options.before_s
         + options.after_s
@@ -37,6 +39,41 @@ pub(super) fn check(cell: &Cell, bus: &CellBus, findings: &mut Vec<Finding>) {
             "enlarge the ring, or reduce `window.max_s`",
         ));
     }
+}
+
+/// Finds a budget of written data that is too small for the ring.
+fn check_budget(cell: &Cell, bytes_per_second: f64, findings: &mut Vec<Finding>) {
+    let Some(megabytes) = cell.service.write_mb_per_day else { return };
+    #[expect(clippy::cast_precision_loss, reason = "at most 100 TB")]
+    let budget_mb = share_bytes(megabytes * 1_000_000, WriteKind::Ring) as f64 / 1e6;
+    let day_mb = bytes_per_second * 86_400.0 / 1e6;
+    if day_mb > budget_mb {
+        findings.push(Finding::warning(
+            BUDGET_KEY,
+            format!(
+                "the ring would write {} MB a day and may write {}: it stops after {} h of a day",
+                significant_digits(day_mb, 2),
+                significant_digits(budget_mb, 2),
+                significant_digits(24.0 * budget_mb / day_mb, 2)
+            ),
+            "raise the budget, or put `service.recordings.directory` into memory, as in \
+             /dev/shm/didim-recordings, and leave the budget out",
+        ));
+    }
+}
+
+/// Returns what the service writes, for people. `None` without a bus.
+pub fn writing_text(cell: &Cell) -> Option<String> {
+    let bus = cell.bus().ok()?;
+    let results = RESULT_BYTES / 1000;
+    let ring = cell.service.recordings.as_ref().map(|_| {
+        let day_mb = bytes_per_second(cell, bus) * 86_400.0 / 1e6;
+        format!(", frames up to {} MB a day", significant_digits(day_mb, 2))
+    });
+    let budget = cell.service.write_mb_per_day;
+    let budget = budget.map(|megabytes| format!("; at most {megabytes} MB a day"));
+    let [ring, budget] = [ring, budget].map(Option::unwrap_or_default);
+    Some(format!("writes {results} kB a result{ring}{budget}\n"))
 }
 
 /// Finds problems that depend on this machine.

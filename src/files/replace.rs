@@ -2,11 +2,12 @@
 
 use std::collections::BTreeSet;
 use std::ffi::OsString;
-use std::fs::{self, File, Permissions};
+use std::fs;
 use std::io::{self, BufWriter, Write};
-use std::os::unix::fs::{PermissionsExt, symlink};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use super::disk::{remove_if_there, with_disk};
 
 /// Suffix of a file that is being written. `.latest.json.Xy3aBc.tmp` becomes `latest.json`.
 const TEMPORARY_SUFFIX: &str = ".tmp";
@@ -23,7 +24,7 @@ static UNFINISHED_FILES: UnfinishedFiles = UnfinishedFiles(Mutex::new(BTreeSet::
 /// the sync of the folder.
 pub fn replace<T>(
     path: &Path,
-    write: impl FnOnce(&mut dyn Write) -> io::Result<T>,
+    write: impl FnOnce(&mut (dyn Write + Send)) -> io::Result<T>,
 ) -> io::Result<T> {
     UNFINISHED_FILES.replace(path, write)
 }
@@ -39,11 +40,11 @@ pub fn replace_link(path: &Path, target: &str) -> io::Result<()> {
     name.push(".link");
     name.push(TEMPORARY_SUFFIX);
     let temporary = path.with_file_name(name);
-    match fs::remove_file(&temporary) {
-        Err(cause) if cause.kind() != io::ErrorKind::NotFound => return Err(cause),
-        _ => symlink(target, &temporary)?,
-    }
-    fs::rename(&temporary, path)
+    remove_if_there(&temporary)?;
+    with_disk(|disk| {
+        disk.link(target, &temporary)?;
+        disk.rename(&temporary, path)
+    })
 }
 
 /// Removes the unfinished files of this process, for a process that ends during a write.
@@ -67,7 +68,7 @@ pub fn remove_leftovers(folder: &Path, is_ours: impl Fn(&str) -> bool) -> io::Re
                 .map(|(of, _)| of)
         });
         if replaced.is_some_and(&is_ours) {
-            fs::remove_file(entry.path())?;
+            with_disk(|disk| disk.remove(&entry.path()))?;
         }
     }
     Ok(())
@@ -80,7 +81,7 @@ impl UnfinishedFiles {
     fn replace<T>(
         &self,
         path: &Path,
-        write: impl FnOnce(&mut dyn Write) -> io::Result<T>,
+        write: impl FnOnce(&mut (dyn Write + Send)) -> io::Result<T>,
     ) -> io::Result<T> {
         let folder = match path.parent() {
             Some(folder) if !folder.as_os_str().is_empty() => folder,
@@ -90,19 +91,22 @@ impl UnfinishedFiles {
         prefix.push(path.file_name().ok_or(io::ErrorKind::InvalidInput)?);
         prefix.push(".");
         let mut builder = tempfile::Builder::new();
-        builder.prefix(&prefix).suffix(TEMPORARY_SUFFIX).permissions(Permissions::from_mode(0o666));
+        builder.prefix(&prefix).suffix(TEMPORARY_SUFFIX);
         // The error's own text contains the name of the temporary file, which does not help the
         // user.
-        let file = builder.tempfile_in(folder).map_err(|error| io::Error::from(error.kind()))?;
-        let listed = self.list(file.path());
-        let mut buffered = BufWriter::new(file.as_file());
+        let file = builder.make_in(folder, |path| with_disk(|disk| disk.create(path)));
+        let (file, temporary) = file.map_err(|error| io::Error::from(error.kind()))?.into_parts();
+        let listed = self.list(&temporary);
+        let mut buffered = BufWriter::new(file);
         let written = write(&mut buffered)?;
-        buffered.flush()?;
-        drop(buffered);
-        file.as_file().sync_all()?;
-        file.persist(path).map_err(|error| error.error)?;
+        let mut file = buffered.into_inner().map_err(io::IntoInnerError::into_error)?;
+        file.sync()?;
+        drop(file);
+        with_disk(|disk| disk.rename(&temporary, path))?;
+        // The name is not there any more.
+        let _ = temporary.keep();
         drop(listed);
-        File::open(folder)?.sync_all()?;
+        with_disk(|disk| disk.sync_folder(folder))?;
         Ok(written)
     }
 

@@ -17,7 +17,7 @@ use crate::cell::{BusAddress, Cell, CellError};
 use crate::files::{FolderError, own_folder};
 use crate::live::acquire::{AcquireOptions, ReceiveBuffer};
 use crate::live::recording::{
-    ArchiverOptions, RecorderOptions, RecordingOptions, open_log, recording_folders,
+    ArchiverOptions, RecorderOptions, RecordingOptions, WriteBudget, open_log, recording_folders,
 };
 use crate::live::stream::{Pace, PrivateNetwork, SHARED_MEMORY, StreamError};
 use crate::live::worker::{
@@ -123,6 +123,7 @@ pub fn build_acquisition(
     let recorder =
         recording_options(cell, paths).filter(|_| pace == Pace::Live).map(|(options, folder)| {
             RecorderOptions::new(options, &folder, &cell.name, &cell.configuration_sha256)
+                .with_budget(cell.service.write_mb_per_day)
         });
     Ok(Box::new(AcquisitionPart {
         source,
@@ -155,13 +156,17 @@ fn recording_options<'a>(cell: &'a Cell, paths: &Paths) -> Option<(&'a Recording
     Some((options, options.folder(paths.state.as_deref()?)))
 }
 
+/// Returns true if frames come from a file.
+fn reads_log(cell: &Cell) -> bool {
+    let is_log = |bus: &BusAddress| matches!(bus, BusAddress::Log(_) | BusAddress::Pcap(_));
+    cell.bus().is_ok_and(|bus| bus.sources.iter().any(is_log))
+}
+
 /// Returns the archiver options of `didim run`. `None` for a log, because its frames are recorded
 /// already.
 pub fn archiver_options(cell: &Cell, paths: &Paths) -> Option<ArchiverOptions> {
-    let is_log = |bus: &BusAddress| matches!(bus, BusAddress::Log(_) | BusAddress::Pcap(_));
     let bus = cell.bus().ok()?;
-    let (options, folder) =
-        recording_options(cell, paths).filter(|_| !bus.sources.iter().any(is_log))?;
+    let (options, folder) = recording_options(cell, paths).filter(|_| !reads_log(cell))?;
     Some(ArchiverOptions { folder, recordings: options.clone(), curves: cell.joint_curves(bus) })
 }
 
@@ -213,6 +218,19 @@ fn time_of_day(cell: &Cell) -> TimeOfDay {
     }
 }
 
+/// Name of the file with the written bytes, in the folder of the results.
+const WRITTEN_FILE: &str = ".written.json";
+
+/// Returns the budget for results and kept recordings. A replay is not counted.
+fn write_budget(cell: &Cell, paths: &Paths) -> WriteBudget {
+    match &paths.state {
+        Some(state) if !reads_log(cell) => {
+            WriteBudget::new(cell.service.write_mb_per_day, &state.join(WRITTEN_FILE))
+        }
+        _ => WriteBudget::default(),
+    }
+}
+
 /// Creates the part that identifies. The last identification is also stored in `last`.
 ///
 /// # Errors
@@ -238,6 +256,7 @@ pub fn build_estimation(
             recorded: None,
             archiver: None,
             results,
+            budget: write_budget(cell, paths),
         },
     })
 }

@@ -4,7 +4,7 @@ mod digest;
 mod table;
 
 pub use digest::{is_digest, sha256, to_hexadecimal};
-pub use table::{align_table, significant_digits, to_uncertainty};
+pub use table::{ColumnWidths, align_table, significant_digits, to_uncertainty};
 
 /// Escapes text for XML and HTML.
 pub fn escape(text: &str) -> String {

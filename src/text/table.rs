@@ -1,17 +1,37 @@
 //! Numbers with the digits that their uncertainty justifies, and aligned tables of them.
 
-/// Renders rows under a header, with two spaces between columns. The first column is left-aligned,
-/// the others are right-aligned. Widths count characters, so that Greek letters align.
-pub fn align_table(header: &[&str], rows: &[Vec<String>]) -> String {
-    let mut widths: Vec<usize> = header.iter().map(|h| h.chars().count()).collect();
-    for row in rows {
-        for (width, cell) in widths.iter_mut().zip(row) {
+/// Widths of the columns of a table, in characters, so that Greek letters align.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ColumnWidths(Vec<usize>);
+
+impl ColumnWidths {
+    /// Returns the widths of a header.
+    pub fn of_header(header: &[&str]) -> Self {
+        Self(header.iter().map(|cell| cell.chars().count()).collect())
+    }
+
+    /// Widens the columns for a row.
+    pub fn fit(&mut self, row: &[String]) {
+        for (width, cell) in self.0.iter_mut().zip(row) {
             *width = (*width).max(cell.chars().count());
         }
     }
-    let line = |cells: &mut dyn Iterator<Item = &str>| {
+
+    /// Returns the widths of some of the columns.
+    pub fn select(&self, columns: &[usize]) -> Self {
+        Self(columns.iter().filter_map(|column| self.0.get(*column).copied()).collect())
+    }
+
+    /// Returns the length of a line.
+    pub fn line_length(&self) -> usize {
+        self.0.iter().sum::<usize>() + 2 * self.0.len().saturating_sub(1)
+    }
+
+    /// Renders a row, with two spaces between columns. The first column is left-aligned, the others
+    /// are right-aligned.
+    pub fn line<'a>(&self, cells: impl IntoIterator<Item = &'a str>) -> String {
         let mut text = String::new();
-        for (column, (cell, width)) in cells.zip(&widths).enumerate() {
+        for (column, (cell, width)) in cells.into_iter().zip(&self.0).enumerate() {
             let padding = " ".repeat(width.saturating_sub(cell.chars().count()));
             if column == 0 {
                 text += cell;
@@ -25,10 +45,16 @@ pub fn align_table(header: &[&str], rows: &[Vec<String>]) -> String {
         text.truncate(text.trim_end().len());
         text.push('\n');
         text
-    };
-    let mut text = line(&mut header.iter().copied());
+    }
+}
+
+/// Renders rows under a header, aligned as [`ColumnWidths::line`] does.
+pub fn align_table(header: &[&str], rows: &[Vec<String>]) -> String {
+    let mut widths = ColumnWidths::of_header(header);
+    rows.iter().for_each(|row| widths.fit(row));
+    let mut text = widths.line(header.iter().copied());
     for row in rows {
-        text += &line(&mut row.iter().map(String::as_str));
+        text += &widths.line(row.iter().map(String::as_str));
     }
     text
 }

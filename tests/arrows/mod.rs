@@ -56,8 +56,8 @@ const ORDER: [(&str, &str); 14] = [
     (
         "crates/cli/src/command",
         "baseline bundle capture check compare completions convert demo export fleet gains groups \
-         history manual metrics new note payload predict reload report replay robot run study top \
-         window convert_frames identify advise design sim status",
+         history manual metrics new note payload predict reload report replay robot run state \
+         study top window convert_frames identify advise design sim status",
     ),
     ("crates/python/src", "lib result recording cell rows work logging errors"),
     ("crates/publish/src", "main send cabinet link ledger message configuration"),

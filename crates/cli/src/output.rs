@@ -1,11 +1,12 @@
 //! Writes to stdout and to files; a file appears complete or not at all.
 
 use std::ffi::OsStr;
-use std::io::Write;
+use std::io::{BufWriter, Write};
 use std::os::unix::fs::MetadataExt as _;
 use std::path::{Path, PathBuf};
 
 use didim_identification::identification::Identification;
+use serde::Serialize;
 
 use super::CliError;
 use didim::cell::Cell;
@@ -26,10 +27,22 @@ pub(super) fn print(text: &str) -> Result<(), CliError> {
     }
 }
 
+/// Writes one JSON value and a line end to stdout. A part of it is in memory at a time.
+pub(super) fn print_json(value: &impl Serialize) -> Result<(), CliError> {
+    let mut out = BufWriter::new(std::io::stdout().lock());
+    let written = serde_json::to_writer(&mut out, value).map_err(std::io::Error::from);
+    match written.and_then(|()| out.write_all(b"\n")).and_then(|()| out.flush()) {
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(CliError::from_failure(error))
+        }
+        _ => Ok(()),
+    }
+}
+
 /// Writes a file completely or not at all; see [`replace`].
 pub(super) fn write_whole(
     path: &Path,
-    write: impl FnOnce(&mut dyn Write) -> Result<(), CliError>,
+    write: impl FnOnce(&mut (dyn Write + Send)) -> Result<(), CliError>,
 ) -> Result<(), CliError> {
     check_place(path)?;
     let mut refused = None;

@@ -95,7 +95,9 @@ pub use container::foreign_container;
 pub use export::{
     ExportError, ExportKind, ExportModel, LeftOut, to_matlab, to_mjcf, to_robot_file, to_urdf,
 };
-pub use long_table::{LongColumn, LongFormat, LongTableError, LongValues, read_long_table};
+pub use long_table::{
+    LongColumn, LongFormat, LongTable, LongTableError, LongValues, read_long_table,
+};
 pub use measurement::{Measurement, Side};
 pub use mesh::{MeshError, MeshFolders};
 pub use missing_values::{DisjointColumns, MissingValues};

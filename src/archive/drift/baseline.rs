@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use crate::archive::store::{
     HISTORY_SCHEMA, HistoryLine, ModelContext, ModelDifference, Timestamp,
 };
-use crate::files::{TextError, read_bytes, replace};
+use crate::files::{TextError, read_bytes, replace, with_disk};
 
 /// Version of the file layout.
 pub const BASELINE_SCHEMA: u32 = 1;
@@ -73,6 +73,11 @@ pub enum BaselineError {
 }
 
 impl Baseline {
+    /// Returns true for the name of the file.
+    pub fn is_file_name(name: &str) -> bool {
+        name == FILE_NAME
+    }
+
     /// Creates a baseline from a result, with the current time.
     pub fn from_result(result: HistoryLine) -> Self {
         Self {
@@ -139,8 +144,11 @@ impl Baseline {
     /// [`BaselineError::Io`].
     pub fn remove(folder: &Path) -> Result<bool, BaselineError> {
         let path = folder.join(FILE_NAME);
-        match fs::remove_file(&path) {
-            Ok(()) => Ok(true),
+        match with_disk(|disk| disk.remove(&path)) {
+            Ok(()) => match with_disk(|disk| disk.sync_folder(folder)) {
+                Ok(()) => Ok(true),
+                Err(cause) => Err(BaselineError::Io { action: "sync the folder of", path, cause }),
+            },
             Err(cause) if cause.kind() == io::ErrorKind::NotFound => Ok(false),
             Err(cause) => Err(BaselineError::Io { action: "remove", path, cause }),
         }

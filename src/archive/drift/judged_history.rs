@@ -1,30 +1,18 @@
 //! The complete history, compared with its baseline.
 
-use super::{Baseline, Change, Comparison, DriftOptions, NotComparable, Tracker};
-use crate::archive::store::{HistoryLine, Timestamp};
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
 
-/// One result of the history, judged with the data available at its time.
-#[derive(Clone, Debug)]
-pub struct Entry {
-    /// History line of the result.
-    pub line: HistoryLine,
-    /// Comparison with the baseline. `None` for the baseline itself, for results before it, and
-    /// without a baseline.
-    pub comparison: Option<Result<Comparison, NotComparable>>,
-    /// Parameters whose alarms were raised after this result.
-    pub alarmed_parameters: Vec<String>,
-}
+use super::thinned_history::ThinnedHistory;
+use super::{Baseline, Change, DriftOptions, Entry, Tracker};
+use crate::archive::store::{HistoryError, HistoryLine, Timestamp, for_each_line};
 
-impl Entry {
-    /// Returns the change with the largest share of its band.
-    pub fn largest_change(&self) -> Option<&Change> {
-        let changes = &self.comparison.as_ref()?.as_ref().ok()?.changes;
-        let judged = changes.iter().filter(|change| !change.band_share().is_nan());
-        judged.max_by(|a, b| a.band_share().total_cmp(&b.band_share()))
-    }
-}
-
-/// The history, judged against the baseline.
+/// A history, judged against the baseline.
+///
+/// A history that is read from a folder takes the same memory, however long it is: the newest
+/// results are in `entries` as they are, and older ones as rows of days.
+/// [`Self::for_each_entry`] has all of them.
 #[derive(Clone, Debug)]
 pub struct JudgedHistory {
     /// The results, oldest first.
@@ -33,24 +21,146 @@ pub struct JudgedHistory {
     pub tracker: Option<Tracker>,
     /// Drift options.
     pub options: DriftOptions,
+    /// Number of lines that were skipped: incomplete lines, and lines of other programs or of a
+    /// later version.
+    pub passed_over: usize,
+    /// The results that were requested by their numbers.
+    requested: Vec<HistoryLine>,
+    /// Source of the results, if `entries` has rows of days in their place.
+    thinned: Option<ThinnedSource>,
+}
+
+/// Source of results that are rows of days in memory.
+#[derive(Clone, Debug)]
+struct ThinnedSource {
+    folder: PathBuf,
+    /// Range of the shown lines.
+    shown: Range<usize>,
+    /// Number of rows of days in the file, which come first.
+    stored_rows: usize,
+    /// Number of rows of days that replace results.
+    made_rows: usize,
+}
+
+/// Judges a line with the lines before it.
+fn judge(tracker: &mut Option<Tracker>, line: HistoryLine) -> Entry {
+    let (mut compared, mut alarmed) = (None, Vec::new());
+    if let Some(tracker) = tracker
+        && tracker.is_after_baseline(&line)
+    {
+        tracker.handle_line(&line);
+        compared = Some(tracker.compare(&line));
+        alarmed = tracker.alarms().map(|(name, _)| name.to_owned()).collect();
+    }
+    Entry { line, comparison: compared, alarmed_parameters: alarmed }
 }
 
 impl JudgedHistory {
     /// Judges the lines in their order, oldest first.
     pub fn new(lines: Vec<HistoryLine>, baseline: Option<Baseline>, options: DriftOptions) -> Self {
         let mut tracker = baseline.map(|baseline| Tracker::new(baseline, options));
-        let entries = lines.into_iter().map(|line| {
-            let (mut compared, mut alarmed) = (None, Vec::new());
-            if let Some(tracker) = &mut tracker
-                && tracker.is_after_baseline(&line)
-            {
-                tracker.handle_line(&line);
-                compared = Some(tracker.compare(&line));
-                alarmed = tracker.alarms().map(|(name, _)| name.to_owned()).collect();
+        let entries = lines.into_iter().map(|line| judge(&mut tracker, line)).collect();
+        Self { entries, tracker, options, passed_over: 0, requested: Vec::new(), thinned: None }
+    }
+
+    /// Reads the history of a results folder and judges it. [`Self::result`] finds the requested
+    /// results, however old they are.
+    ///
+    /// # Errors
+    /// [`HistoryError`].
+    pub fn read(
+        folder: &Path,
+        baseline: Option<Baseline>,
+        options: DriftOptions,
+        requested: &[u64],
+    ) -> Result<Self, HistoryError> {
+        let mut tracker = baseline.map(|baseline| Tracker::new(baseline, options));
+        let (mut thinned, mut lines) = (ThinnedHistory::default(), 0);
+        let mut newest_requested = BTreeMap::new();
+        let passed_over = for_each_line(folder, |line| {
+            lines += 1;
+            if requested.contains(&line.result) && line.day.is_none() {
+                newest_requested.insert(line.result, line.clone());
             }
-            Entry { line, comparison: compared, alarmed_parameters: alarmed }
-        });
-        Self { entries: entries.collect(), tracker, options }
+            let entry = judge(&mut tracker, line);
+            thinned.add(entry, tracker.as_ref());
+        })?;
+        thinned.close_day(tracker.as_ref());
+        let source = ThinnedSource {
+            folder: folder.to_owned(),
+            shown: 0..lines,
+            stored_rows: thinned.stored.len(),
+            made_rows: thinned.made.len(),
+        };
+        Ok(Self {
+            thinned: Some(source).filter(|source| source.made_rows > 0),
+            entries: thinned.into_entries(),
+            tracker,
+            options,
+            passed_over,
+            requested: newest_requested.into_values().collect(),
+        })
+    }
+
+    /// Keeps only this number of the newest lines. They are judged with those before them.
+    pub fn keep_last(&mut self, last: usize) {
+        let Some(source) = &mut self.thinned else {
+            let surplus = self.entries.len().saturating_sub(last);
+            self.entries.drain(..surplus);
+            return;
+        };
+        source.shown.start = source.shown.end.saturating_sub(last);
+        let rows = source.stored_rows + source.made_rows;
+        let in_full = self.entries.len() - rows;
+        if last <= in_full {
+            self.entries.drain(..self.entries.len() - last);
+            self.thinned = None;
+            return;
+        }
+        // The oldest row may also stand for results that are not shown.
+        let mut missing = last - in_full;
+        let mut first = rows;
+        while missing > 0 && first > 0 {
+            first -= 1;
+            let day = self.entries[first].line.day.as_ref().filter(|_| first >= source.stored_rows);
+            let lines = day.map_or(1, |day| usize::try_from(day.results).unwrap_or(usize::MAX));
+            missing = missing.saturating_sub(lines);
+        }
+        self.entries.drain(..first);
+        source.made_rows = rows - first.max(source.stored_rows);
+        source.stored_rows = source.stored_rows.saturating_sub(first);
+    }
+
+    /// Returns the number of results in memory, as they are and as rows of days.
+    pub fn result_count(&self) -> u64 {
+        let results = |entry: &Entry| entry.line.day.as_ref().map_or(1, |day| day.results);
+        self.entries.iter().map(results).sum()
+    }
+
+    /// Calls a function with each line, oldest first. Reads the folder again, if the lines are not
+    /// in memory.
+    ///
+    /// # Errors
+    /// [`HistoryError`].
+    pub fn for_each_entry(&self, mut take: impl FnMut(&Entry)) -> Result<(), HistoryError> {
+        let Some(source) = &self.thinned else {
+            self.entries.iter().for_each(take);
+            return Ok(());
+        };
+        let baseline = self.tracker.as_ref().map(|tracker| tracker.baseline().clone());
+        let mut tracker = baseline.map(|baseline| Tracker::new(baseline, self.options));
+        let mut index = 0;
+        for_each_line(&source.folder, |line| {
+            // Lines that came since the first reading are left out.
+            if index < source.shown.end {
+                let entry = judge(&mut tracker, line);
+                if source.shown.contains(&index) {
+                    take(&entry);
+                }
+            }
+            index += 1;
+        })?;
+        Ok(())
     }
 
     /// Returns true if the line is the baseline's result.
@@ -63,8 +173,8 @@ impl JudgedHistory {
 
     /// Returns the newest result with this number.
     pub fn result(&self, number: u64) -> Option<&HistoryLine> {
-        let mut newest_first = self.entries.iter().rev();
-        newest_first.find(|entry| entry.line.result == number).map(|entry| &entry.line)
+        let newest_first = self.entries.iter().rev().map(|entry| &entry.line);
+        self.requested.iter().chain(newest_first).find(|line| line.result == number)
     }
 
     /// Returns the names of all parameters, in the order of the newest result that contains them.
@@ -97,8 +207,9 @@ impl JudgedHistory {
 
     /// Returns how many results were stored while the clock was not set. They are compared, but are
     /// not part of plots and trends.
-    pub fn undated_count(&self) -> usize {
-        self.entries.iter().filter(|entry| !entry.line.time.is_set()).count()
+    pub fn undated_count(&self) -> u64 {
+        let undated = self.entries.iter().filter(|entry| !entry.line.time.is_set());
+        undated.map(|entry| entry.line.day.as_ref().map_or(1, |day| day.results)).sum()
     }
 
     /// Returns this count as a sentence. `None` if it is zero.

@@ -14,6 +14,14 @@ fn take(results: &mut Results, fc3: f64) {
 }
 
 fn take_with(results: &mut Results, fc3: f64, drift: DriftOptions) {
+    let options = ResultOptions { drift, ..ResultOptions::default() };
+    let attachments = Attachments::default();
+    let record = record(fc3, "c0ffee");
+    results.store_result(&record, &attachments, &options, Timestamp::now()).unwrap();
+}
+
+/// A result of a configuration, with one parameter.
+pub(super) fn record(fc3: f64, configuration: &str) -> ResultRecord {
     let estimate = Estimate {
         method: "idim-ls".into(),
         robot: "tx40".into(),
@@ -42,10 +50,7 @@ fn take_with(results: &mut Results, fc3: f64, drift: DriftOptions) {
         recording_start: None,
         note: None,
     };
-    let record = ResultRecord::new("cell", "c0ffee", &window, estimate);
-    let options = ResultOptions { drift, ..ResultOptions::default() };
-    let attachments = Attachments::default();
-    results.store_result(&record, &attachments, &options, Timestamp::now()).unwrap();
+    ResultRecord::new("cell", configuration, &window, estimate)
 }
 
 #[test]

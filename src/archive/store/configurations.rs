@@ -1,10 +1,11 @@
 //! The configurations of the results. Each is stored once, under its hash.
 
-use std::fs::{self, File};
+use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
 use super::error::{StoreError, io_error, write};
+use crate::files::with_disk;
 use crate::text::is_digest;
 
 const FOLDER_NAME: &str = "configurations";
@@ -54,12 +55,14 @@ impl Configurations {
         }
         let writing = self.folder.join(TEMPORARY_SUFFIX);
         clear(&writing)?;
-        fs::create_dir_all(&writing).map_err(io_error("make the folder", &writing))?;
+        with_disk(|disk| disk.make_folder(&writing))
+            .map_err(io_error("make the folder", &writing))?;
         for (name, text) in texts.files() {
             let path = writing.join(name);
             write(&path, text.as_bytes())?;
         }
-        fs::rename(&writing, &place).map_err(io_error("rename a configuration to", &place))?;
+        with_disk(|disk| disk.rename(&writing, &place))
+            .map_err(io_error("rename a configuration to", &place))?;
         sync(&self.folder)
     }
 
@@ -89,7 +92,7 @@ impl Configurations {
 }
 
 fn clear(folder: &Path) -> Result<(), StoreError> {
-    match fs::remove_dir_all(folder) {
+    match with_disk(|disk| disk.remove_folder(folder)) {
         Err(cause) if cause.kind() != io::ErrorKind::NotFound => {
             Err(io_error("remove", folder)(cause))
         }
@@ -98,5 +101,5 @@ fn clear(folder: &Path) -> Result<(), StoreError> {
 }
 
 fn sync(folder: &Path) -> Result<(), StoreError> {
-    File::open(folder).and_then(|opened| opened.sync_all()).map_err(io_error("sync", folder))
+    with_disk(|disk| disk.sync_folder(folder)).map_err(io_error("sync", folder))
 }

@@ -2,7 +2,6 @@
 
 use std::collections::VecDeque;
 use std::fs::{self, File};
-use std::io;
 use std::path::{Path, PathBuf};
 
 use rustix::fs::{FlockOperation, flock};
@@ -13,7 +12,7 @@ use super::history::{HistoryFile, HistoryLine, RECENT_RESULTS, day_rows, is_hist
 use super::pending::{Pending, line_of};
 use super::record::{Attachments, ResultRecord};
 use super::timestamp::Timestamp;
-use crate::files::{remove_leftovers, replace_link};
+use crate::files::{remove_if_there, remove_leftovers, replace_link, with_disk};
 
 /// Number of kept results unless the cell file sets another.
 pub const DEFAULT_KEEP: usize = 1000;
@@ -52,7 +51,7 @@ impl Store {
     /// # Errors
     /// [`StoreError::Io`] and [`StoreError::InUse`].
     pub fn open(folder: &Path, keep: usize) -> Result<Self, StoreError> {
-        fs::create_dir_all(folder).map_err(io_error("make the folder", folder))?;
+        with_disk(|disk| disk.make_folder(folder)).map_err(io_error("make the folder", folder))?;
         let locked = File::open(folder).map_err(io_error("open the folder", folder))?;
         // flock(2): the lock belongs to the opened folder. The kernel releases it at every kind of
         // process end.
@@ -256,14 +255,10 @@ impl Store {
             // The report is removed first. If its result were removed first, nothing would remove
             // the report after a failure.
             let report = self.folder.join(report_name(index));
-            removed = removed.and(match fs::remove_file(&report) {
-                Err(cause) if cause.kind() != io::ErrorKind::NotFound => {
-                    Err(io_error("remove", &report)(cause))
-                }
-                _ => Ok(()),
-            });
+            removed = removed.and(remove_if_there(&report).map_err(io_error("remove", &report)));
             let path = self.folder.join(name(index));
-            removed = removed.and(fs::remove_file(&path).map_err(io_error("remove", &path)));
+            let gone = with_disk(|disk| disk.remove(&path));
+            removed = removed.and(gone.map_err(io_error("remove", &path)));
         }
         removed.and_then(|()| if surplus > 0 { self.prune_configurations(current) } else { Ok(()) })
     }
@@ -286,7 +281,21 @@ impl Store {
                 Err(_) => return Ok(()),
             }
         }
+        if !unused.is_empty() {
+            // A power cut must not bring a result back without its configuration.
+            let synced = with_disk(|disk| disk.sync_folder(&self.folder));
+            synced.map_err(io_error("sync", &self.folder))?;
+        }
         unused.iter().try_for_each(|sha256| self.configurations.remove(sha256))
+    }
+
+    /// Returns the paths of the results, in ascending order of their numbers.
+    ///
+    /// # Errors
+    /// [`StoreError::Io`].
+    pub(super) fn result_files(&self) -> Result<Vec<PathBuf>, StoreError> {
+        let numbers = self.result_numbers()?;
+        Ok(numbers.into_iter().map(|number| self.folder.join(name(number))).collect())
     }
 
     /// Returns the numbers of the results in the folder, in ascending order.

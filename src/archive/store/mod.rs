@@ -3,6 +3,7 @@
 
 mod against;
 mod configurations;
+mod earlier_version;
 mod error;
 mod folder;
 mod history;
@@ -15,8 +16,10 @@ mod timestamp;
 
 pub use against::ModelDifference;
 pub use configurations::ConfigurationTexts;
+pub use earlier_version::{EarlierLayout, EarlierVersion, EarlierVersionError, NEWER_FOLDER};
 pub use error::StoreError;
 pub use folder::{DEFAULT_KEEP, Store, Stored, result_file};
+pub(crate) use history::day_rows;
 pub use history::{
     AlarmCheckpoint, AlarmState, DaySummary, HISTORY_SCHEMA, HistoryError, HistoryFollower,
     HistoryLine, HistoryMark, MeanPart, ParameterValue, WeightedMean, for_each_day, for_each_line,

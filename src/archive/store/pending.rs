@@ -1,8 +1,8 @@
 //! Pending history lines. They are saved on disk before their results are written.
 
 use std::collections::VecDeque;
+use std::fs;
 use std::path::{Path, PathBuf};
-use std::{fs, io};
 
 use didim_identification::identification::Uses;
 
@@ -10,7 +10,7 @@ use super::error::{StoreError, io_error, write};
 use super::history::{HistoryFile, HistoryLine};
 use super::record::{Attachments, ResultRecord};
 use super::timestamp::Timestamp;
-use crate::files::read_bytes;
+use crate::files::{read_bytes, remove_if_there};
 
 const FILE_NAME: &str = ".owed.jsonl";
 /// Maximum number of pending lines. If more results are stored while their history lines are
@@ -97,12 +97,7 @@ impl Pending {
 
     /// Removes the file if there are no pending lines.
     pub(super) fn remove_if_empty(&self) -> Result<(), StoreError> {
-        match fs::remove_file(&self.path) {
-            Err(cause) if cause.kind() != io::ErrorKind::NotFound => {
-                Err(io_error("remove", &self.path)(cause))
-            }
-            _ => Ok(()),
-        }
+        remove_if_there(&self.path).map_err(io_error("remove", &self.path))
     }
 }
 

@@ -7,11 +7,13 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
 use super::archive_folder::{ArchiveFolder, Kind};
+use super::budget::{OverBudget, WriteBudget, WriteKind};
 use super::curves::JointCurves;
 use super::extract::{ExtractError, RunChoice, TimeRange, extract, find, newest_stamp};
 use super::options::RecordingOptions;
 use super::request::{CaptureError, QUEUE_CAPACITY, Request, SharedArchive, lock};
 use super::ring::{DiskSpace, RingError};
+use crate::archive::store::Timestamp;
 
 /// Interval at which the ring is polled while a request waits.
 const POLL_INTERVAL: Duration = Duration::from_millis(100);
@@ -53,6 +55,7 @@ pub(super) struct Archive {
     pub(super) options: RecordingOptions,
     pub(super) curves: JointCurves,
     pub(super) shared: SharedArchive,
+    pub(super) budget: WriteBudget,
     pub(super) waiting_requests: Vec<WaitingRequest>,
     pub(super) capture: Option<RunningCapture>,
     /// Start time of the current step.
@@ -70,6 +73,8 @@ enum ArchiveError {
     Extract(#[from] ExtractError),
     #[error(transparent)]
     Folder(#[from] RingError),
+    #[error(transparent)]
+    Budget(#[from] OverBudget),
     #[error("it would take {bytes} bytes, more than service.recordings.keep_mb allows")]
     TooLarge { bytes: u64 },
     #[error(
@@ -278,12 +283,19 @@ impl Archive {
             if (self.disk_space)(&self.folder)?.spare_bytes < bytes {
                 return Err(ArchiveError::NoRoom { bytes });
             }
+            let kind = match one.kind {
+                Kind::Result => WriteKind::ResultRecordings,
+                Kind::Fault | Kind::Capture => WriteKind::OtherRecordings,
+            };
+            self.budget.check(kind, bytes, Timestamp::now())?;
             if !folder.make_room(bytes)? {
                 return Err(ArchiveError::TooLarge { bytes });
             }
             let number = one.number.map_or_else(|| folder.next(one.kind), Ok)?;
             let path = folder.path(one.kind, number, &one.label);
             let frames = extract(&found, &path, &one.metadata, &self.curves)?;
+            let written = std::fs::metadata(&path).map_or(bytes, |data| data.len());
+            self.budget.count(kind, written, Timestamp::now());
             folder.prune(one.kind)?;
             Ok((path, frames))
         });

@@ -9,6 +9,7 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use super::archive::Archive;
+use super::budget::WriteBudget;
 use super::curves::JointCurves;
 use super::options::{RecordingOptions, archive_folder, ring_folder};
 use super::request::{
@@ -63,7 +64,10 @@ impl Archiver {
     ///
     /// # Errors
     /// The system cannot start a thread.
-    pub fn start(options: &ArchiverOptions) -> std::io::Result<(Self, ArchiverThread)> {
+    pub fn start(
+        options: &ArchiverOptions,
+        budget: &WriteBudget,
+    ) -> std::io::Result<(Self, ArchiverThread)> {
         let (requests, received) = sync_channel(QUEUE_CAPACITY);
         let (shared, ending) = (SharedArchive::default(), Arc::new(AtomicBool::new(false)));
         let mut archive = Archive {
@@ -72,6 +76,7 @@ impl Archiver {
             options: options.recordings.clone(),
             curves: options.curves.clone(),
             shared: shared.clone(),
+            budget: budget.clone(),
             waiting_requests: Vec::new(),
             capture: None,
             step_time: Instant::now(),

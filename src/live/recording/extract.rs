@@ -179,7 +179,7 @@ fn copy(
         let Some(info) = source.info().cloned() else { continue };
         if let Some(out) = out.take() {
             let info = McapInfo { additional_entries: more.clone(), ..info };
-            let begun = McapWriter::new(out, &info).map_err(failed)?;
+            let begun = McapWriter::compressed(out, &info).map_err(failed)?;
             writer = Some(begun.with_joints(curves.names()).map_err(failed)?);
         }
         let Some(writer) = &mut writer else { continue };

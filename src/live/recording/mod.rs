@@ -14,6 +14,7 @@
 mod archive;
 mod archive_folder;
 mod archiver;
+mod budget;
 mod curves;
 mod extract;
 mod input;
@@ -30,6 +31,7 @@ mod writer;
 
 pub use archive_folder::kept_result;
 pub use archiver::{Archiver, ArchiverOptions, ArchiverThread};
+pub use budget::{OverBudget, WriteBudget, WriteKind, WriteShares, WriteStatus, share_bytes};
 pub use curves::JointCurves;
 pub use input::{is_mcap, open_log};
 pub use interfaces::{NamedInterfaces, OpenLogError, open_bus_log};

@@ -6,6 +6,7 @@ use std::time::Duration;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use super::budget::WriteBudget;
 use super::output::{CreateOutput, create_file};
 
 /// Recording options. Without the section nothing is recorded.
@@ -125,9 +126,21 @@ pub struct RecorderOptions {
     pub configuration: String,
     /// Function that creates files.
     pub create: CreateOutput,
+    /// Budget for the ring.
+    pub budget: WriteBudget,
 }
 
+/// Name of the file with the bytes that the recorder has written, in the folder of the ring.
+const WRITTEN_FILE: &str = ".written.json";
+
 impl RecorderOptions {
+    /// Returns the options with a budget of a day \[MB\].
+    #[must_use]
+    pub fn with_budget(mut self, megabytes: Option<u64>) -> Self {
+        self.budget = WriteBudget::new(megabytes, &self.folder.join(WRITTEN_FILE));
+        self
+    }
+
     /// Creates the options for a cell whose recordings are in `folder`.
     pub fn new(options: &RecordingOptions, folder: &Path, cell: &str, configuration: &str) -> Self {
         Self {
@@ -137,6 +150,7 @@ impl RecorderOptions {
             cell: cell.to_owned(),
             configuration: configuration.to_owned(),
             create: std::sync::Arc::new(create_file),
+            budget: WriteBudget::default(),
         }
     }
 }

@@ -5,6 +5,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use serde::{Deserialize, Serialize};
 
+use super::budget::WriteStatus;
+
 /// State of the recorder.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -49,6 +51,8 @@ pub struct RecordingStatus {
     pub gives_way: bool,
     /// Number of unfinished files of an earlier run that were repaired.
     pub segments_repaired: u64,
+    /// Bytes written to the ring, and the budget.
+    pub written: WriteStatus,
 }
 
 /// Counts of the recorder, shared with the status. The bus thread accesses only `unrecorded`.

@@ -33,6 +33,7 @@ fn options(folder: &Path, ring_bytes: u64) -> RecorderOptions {
         cell: "cell".into(),
         configuration: "c0ffee".into(),
         create: Arc::new(create_file),
+        budget: WriteBudget::default(),
     }
 }
 
@@ -255,6 +256,7 @@ fn feed_all(tap: &mut FrameTap, shared: &SharedRecording, frames: core::ops::Ran
 }
 
 mod archive;
+mod crashes;
 mod full;
 mod ring;
 mod time;

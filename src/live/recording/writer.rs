@@ -11,11 +11,13 @@ use didim_drivers::source::mcap::{McapInfo, McapWriteError};
 use didim_drivers::source::{McapWriter, StampClock};
 use rtrb::Consumer;
 
+use super::budget::{OverBudget, WriteKind};
 use super::options::RecorderOptions;
 use super::output::Output;
 use super::ring::{DiskSpace, Ring, RingError, disk_space};
 use super::status::{RecordingState, SharedRecording};
 use super::tap::RecordedFrame;
+use crate::archive::store::Timestamp;
 
 /// Interval at which the queue is emptied.
 const EMPTYING_INTERVAL: Duration = Duration::from_millis(20);
@@ -31,6 +33,8 @@ const SMALLEST_SEGMENT: u64 = 100_000;
 const LARGEST_SEGMENT: u64 = 64_000_000;
 /// Time to wait for the file system to free the space of a removed file.
 const SPACE_RELEASE_TIMEOUT: Duration = Duration::from_secs(1);
+/// Pause after the budget of a day is used up. The bytes of an hour are free again at a time.
+const BUDGET_PAUSE: Duration = Duration::from_secs(600);
 /// Maximum number of bytes that closing a chunk adds to a file \[bytes\].
 const CHUNK_RESERVE: u64 = 4096;
 
@@ -43,6 +47,8 @@ enum WritingError {
     Write { path: PathBuf, source: McapWriteError },
     #[error("the ring of {limit} bytes has no room for one file: raise service.recordings.ring_mb")]
     TooSmall { limit: u64 },
+    #[error(transparent)]
+    Budget(#[from] OverBudget),
     #[error(
         "the disk of {} is nearly full, and the ring was deleted to leave room for results; free \
          disk space",
@@ -56,7 +62,7 @@ impl WritingError {
         match self {
             Self::Ring(error) => error.is_full(),
             Self::Write { source, .. } => source.is_full(),
-            Self::TooSmall { .. } | Self::Short { .. } => false,
+            Self::TooSmall { .. } | Self::Short { .. } | Self::Budget(_) => false,
         }
     }
 }
@@ -185,8 +191,12 @@ impl RingWriter {
         if disk_space || waits {
             return;
         }
-        tracing::warn!("recording stops for {} s: {error}", self.retry_pause.as_secs());
-        self.retry = Some(self.step_time + self.retry_pause);
+        let is_budget = matches!(error, WritingError::Budget(_));
+        let pause = if is_budget { BUDGET_PAUSE } else { self.retry_pause };
+        if self.shared.update().why != Some(error.to_string()) || !is_budget {
+            tracing::warn!("recording stops for {} s: {error}", pause.as_secs());
+        }
+        self.retry = Some(self.step_time + pause);
         self.retry_pause = (2 * self.retry_pause).min(LONGEST_PAUSE);
         let mut status = self.shared.update();
         status.write_errors += 1;
@@ -318,6 +328,7 @@ impl RingWriter {
         let create = std::sync::Arc::clone(&self.options.create);
         self.open_ring()?;
         self.give_way()?;
+        self.options.budget.check(WriteKind::Ring, SMALLEST_SEGMENT, Timestamp::now())?;
         let path = self.open_ring()?.next_path();
         let failed = |source| WritingError::Write { path: path.clone(), source };
         let file = create(&path).map_err(|error| failed(McapWriteError::Output(error)))?;
@@ -351,6 +362,11 @@ impl RingWriter {
         if ended || now.saturating_duration_since(current.opened) >= segment {
             return self.close(!ended);
         }
+        let (bytes, time) = (current.writer.bytes(), Timestamp::now());
+        if let Err(over) = self.options.budget.check(WriteKind::Ring, bytes, time) {
+            self.close(true)?;
+            return Err(over.into());
+        }
         if now.saturating_duration_since(current.flushed_at) >= FLUSH_INTERVAL {
             current.flushed_at = now;
             current.writer.flush().map_err(|error| failed(&current.path, error))?;
@@ -366,6 +382,7 @@ impl RingWriter {
         let (Some(current), Some(ring)) = (self.current_segment.take(), &mut self.ring) else {
             return Ok(());
         };
+        self.options.budget.count(WriteKind::Ring, current.writer.bytes(), Timestamp::now());
         let path = current.path;
         let failed = |source| WritingError::Write { path: path.clone(), source };
         let mut file = current.writer.finish().map_err(failed)?;
@@ -384,7 +401,12 @@ impl RingWriter {
         };
         // This call may read a file, so the status must not be locked during the call.
         let oldest = self.ring.as_mut().and_then(Ring::oldest_log_time);
+        let written = self.options.budget.status(Timestamp::now());
+        if ended {
+            self.options.budget.save();
+        }
         let mut status = self.shared.update();
+        status.written = written;
         if let Some(ring) = &self.ring {
             let current = self.current_segment.as_ref();
             status.ring_bytes = ring.bytes() + current.map_or(0, |current| current.writer.bytes());

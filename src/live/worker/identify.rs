@@ -14,8 +14,9 @@ use super::unstored::{FinishedResult, UnstoredResults};
 use super::window::{RejectedWindow, Rejection};
 use crate::archive::Results;
 use crate::archive::store::{Attachments, FoundLoad, ResultRecord, Timestamp};
+use crate::files::take_written_bytes;
 use crate::live::limits::LiveLimits;
-use crate::live::recording::{Archiver, RecordedWindow};
+use crate::live::recording::{Archiver, RecordedWindow, WriteKind};
 use crate::live::stream::{DocumentWriter, StreamNode, Topic};
 use crate::window::Window;
 
@@ -229,6 +230,7 @@ impl IdentificationThread {
                     if self.unstored.is_due(Instant::now()) {
                         self.store_waiting();
                     }
+                    self.count_written();
                     if let Err(cause) = self.estimates.send_to_new_readers() {
                         tracing::debug!("{cause}");
                     }
@@ -384,6 +386,7 @@ impl IdentificationThread {
                 }
             }
         }
+        self.count_written();
         let mut status = self.shared.update();
         status.results_waiting = self.unstored.len() as u64;
         if why.is_some() && why != status.results_wait_for {
@@ -393,6 +396,15 @@ impl IdentificationThread {
             );
         }
         status.results_wait_for = why;
+    }
+
+    /// Counts what this thread has written since the last call.
+    fn count_written(&mut self) {
+        let (bytes, now) = (take_written_bytes(), Timestamp::now());
+        if bytes > 0 {
+            self.options.budget.count(WriteKind::Results, bytes, now);
+        }
+        self.shared.update().written = self.options.budget.status(now);
     }
 
     /// Publishes the oldest waiting result, and removes it from the queue. It has been stored, or
@@ -427,6 +439,7 @@ impl IdentificationThread {
             finished.give_up(&self.shared, &why);
         }
         self.shared.update().results_waiting = 0;
+        self.options.budget.save();
     }
 }
 

@@ -68,7 +68,8 @@ impl Worker {
         (identify, find_load): (Identify, Option<FindLoad>),
         shared: &SharedEstimation,
     ) -> Result<(Self, Commands), WorkerError> {
-        let archiver = options.archiver.as_ref().map(Archiver::start).transpose();
+        let start = |archiver| Archiver::start(archiver, &options.budget);
+        let archiver = options.archiver.as_ref().map(start).transpose();
         let archiver = archiver.map_err(WorkerError::Thread)?;
         let handle = archiver.as_ref().map(|(archiver, _)| archiver.clone());
         if let Some(archiver) = &handle {

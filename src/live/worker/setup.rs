@@ -6,7 +6,7 @@ use super::options::{WindowOptionError, WindowPlan};
 use super::time_of_day::TimeOfDay;
 use crate::archive::ResultOptions;
 use crate::archive::store::StoreError;
-use crate::live::recording::{ArchiverOptions, RecordedWindow};
+use crate::live::recording::{ArchiverOptions, RecordedWindow, WriteBudget};
 use crate::live::stream::{StreamError, StreamOptions};
 
 /// Handling of a window when the queue is full.
@@ -42,6 +42,8 @@ pub struct WorkerOptions {
     pub archiver: Option<ArchiverOptions>,
     /// Data stored with the results.
     pub results: ResultOptions,
+    /// Budget for results and kept recordings.
+    pub budget: WriteBudget,
 }
 
 /// Error that ends the worker early.

@@ -17,7 +17,7 @@ use crate::archive::drift::DriftStatus;
 use crate::archive::store::{FoundLoad, ParameterValue};
 use crate::live::latency::{Latencies, LatencySummary};
 use crate::live::limits::LiveLimits;
-use crate::live::recording::{ArchiveStatus, SharedArchive};
+use crate::live::recording::{ArchiveStatus, SharedArchive, WriteStatus};
 use crate::live::stream::Batch;
 use crate::window::{DriveReadings, Note, Window};
 
@@ -172,6 +172,8 @@ pub struct EstimationStatus {
     pub last_estimate: Option<EstimateSummary>,
     /// Kept recordings of results, faults and captures. `None` if nothing is recorded.
     pub kept_recordings: Option<ArchiveStatus>,
+    /// Bytes written for results and kept recordings, and the budget.
+    pub written: WriteStatus,
     /// Note for the open window or the next one.
     pub note: Option<Note>,
     /// Differences between the last estimate and the baseline. `None` without a baseline.

@@ -1,9 +1,10 @@
 //! The history as JSON, for scripts.
 
-use serde::Serialize;
+use serde::ser::{Error as _, SerializeSeq};
+use serde::{Serialize, Serializer};
 
 use super::Difference;
-use crate::archive::drift::{AlarmStatus, Baseline, JudgedHistory, Trend};
+use crate::archive::drift::{AlarmStatus, Baseline, Entry, JudgedHistory, Trend};
 use crate::archive::store::HistoryLine;
 
 /// The JSON object with all data of a history.
@@ -16,11 +17,11 @@ pub struct HistoryDocument<'a> {
     pub passed_over: usize,
     /// Number of results that were stored while the clock was not set. The trends do not include
     /// them.
-    pub undated: usize,
+    pub undated: u64,
     /// The baseline.
     pub baseline: Option<&'a Baseline>,
     /// The results, oldest first.
-    pub results: Vec<ResultDocument<'a>>,
+    pub results: ResultDocuments<'a>,
     /// Raised alarms.
     pub alarms: Vec<AlarmStatus>,
     /// The trends of the parameters, in SI units over days since the baseline.
@@ -29,9 +30,28 @@ pub struct HistoryDocument<'a> {
     pub difference: Option<Difference>,
 }
 
+/// The results of a history. They are read while they are written, so that they take no memory.
+#[derive(Clone, Copy, Debug)]
+pub struct ResultDocuments<'a>(&'a JudgedHistory);
+
+impl Serialize for ResultDocuments<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut results = serializer.serialize_seq(None)?;
+        let mut written = Ok(());
+        let read = self.0.for_each_entry(|entry| {
+            if written.is_ok() {
+                written = results.serialize_element(&ResultDocument::new(entry));
+            }
+        });
+        read.map_err(S::Error::custom)?;
+        written?;
+        results.end()
+    }
+}
+
 /// A result and its comparison with the baseline.
 #[derive(Clone, Debug, Serialize)]
-pub struct ResultDocument<'a> {
+pub(super) struct ResultDocument<'a> {
     /// History line of the result.
     #[serde(flatten)]
     pub line: &'a HistoryLine,
@@ -63,29 +83,31 @@ pub struct TrendDocument {
     pub scatter: f64,
 }
 
+impl<'a> ResultDocument<'a> {
+    fn new(entry: &'a Entry) -> Self {
+        let compared = entry.comparison.as_ref();
+        let outside = compared.and_then(|compared| compared.as_ref().ok()).map(|compared| {
+            let outside = compared.changes.iter().filter(|change| change.band_share() > 1.0);
+            outside.map(|change| change.parameter.clone()).collect()
+        });
+        Self {
+            line: &entry.line,
+            compared: matches!(compared, Some(Ok(_))),
+            why_not: compared.and_then(|compared| Some(compared.as_ref().err()?.to_string())),
+            outside: outside.unwrap_or_default(),
+            alarmed: &entry.alarmed_parameters,
+        }
+    }
+}
+
 impl<'a> HistoryDocument<'a> {
     /// Creates the document of all results, with the trends of these parameters.
     pub fn new(
         history: &'a JudgedHistory,
-        passed_over: usize,
         parameters: &[&str],
         difference: Option<Difference>,
     ) -> Self {
         let tracker = history.tracker.as_ref();
-        let results = history.entries.iter().map(|entry| {
-            let compared = entry.comparison.as_ref();
-            let outside = compared.and_then(|compared| compared.as_ref().ok()).map(|compared| {
-                let outside = compared.changes.iter().filter(|change| change.band_share() > 1.0);
-                outside.map(|change| change.parameter.clone()).collect()
-            });
-            ResultDocument {
-                line: &entry.line,
-                compared: matches!(compared, Some(Ok(_))),
-                why_not: compared.and_then(|compared| Some(compared.as_ref().err()?.to_string())),
-                outside: outside.unwrap_or_default(),
-                alarmed: &entry.alarmed_parameters,
-            }
-        });
         let trends = parameters.iter().filter_map(|name| {
             let Trend { points, slope, slope_deviation, scatter, .. } = tracker?.trend(name)?;
             Some(TrendDocument {
@@ -99,10 +121,10 @@ impl<'a> HistoryDocument<'a> {
         });
         Self {
             schema: 1,
-            passed_over,
+            passed_over: history.passed_over,
             undated: history.undated_count(),
             baseline: tracker.map(|tracker| tracker.baseline()),
-            results: results.collect(),
+            results: ResultDocuments(history),
             alarms: tracker.map_or(Vec::new(), |tracker| tracker.status().alarms),
             trends: trends.collect(),
             difference,

@@ -1,27 +1,61 @@
 //! The history as a long table for databases, with one row per parameter of each result.
 
-use didim_formats::{LongColumn, LongValues};
+use std::io::Write;
+
+use didim_formats::{LongColumn, LongFormat, LongTableError, LongValues};
 use didim_identification::identification::Use;
 
 use crate::archive::drift::JudgedHistory;
-use crate::archive::store::{HistoryLine, ParameterValue};
+use crate::archive::store::{HistoryError, HistoryLine, ParameterValue};
 
-/// Returns the identity of each result, in the order of the results.
-pub fn identities(history: &JudgedHistory) -> Vec<String> {
-    history.entries.iter().map(|entry| entry.line.identity()).collect()
+/// Number of results that are written at once \[1\]. With 28 parameters, their rows take some 5 MB.
+const BATCH_RESULTS: usize = 500;
+
+/// Reason why a long table is not written.
+#[derive(Debug, thiserror::Error)]
+pub enum LongHistoryError {
+    /// The history cannot be read again.
+    #[error(transparent)]
+    History(#[from] HistoryError),
+    /// The table cannot be written.
+    #[error(transparent)]
+    Table(#[from] LongTableError),
 }
 
-/// Returns the columns of the table for these parameters, oldest result first. Values are in the
-/// unit of their row. A value that a result does not contain is missing, and so is the time of a
-/// result that was stored while the clock was not set.
-pub fn long_table<'a>(
-    history: &'a JudgedHistory,
-    identities: &'a [String],
+/// Writes a table for these parameters, oldest result first. Keeps some results in memory at a
+/// time.
+///
+/// # Errors
+/// [`LongHistoryError`].
+pub fn write_long_table(
+    history: &JudgedHistory,
+    format: LongFormat,
     parameters: &[&str],
-) -> Vec<LongColumn<'a>> {
-    let lines = history.entries.iter().map(|entry| &entry.line).zip(identities);
-    let rows: Vec<Row<'a>> = lines
-        .flat_map(|(line, identity)| {
+    output: &mut (dyn Write + Send),
+) -> Result<(), LongHistoryError> {
+    let mut table = format.table(output)?;
+    let (mut batch, mut written) = (Vec::new(), Ok(()));
+    history.for_each_entry(|entry| {
+        if written.is_ok() {
+            batch.push((entry.line.identity(), entry.line.clone()));
+            if batch.len() >= BATCH_RESULTS {
+                written = table.write(&columns(&batch, parameters));
+                batch.clear();
+            }
+        }
+    })?;
+    written?;
+    table.write(&columns(&batch, parameters))?;
+    Ok(table.finish()?)
+}
+
+/// Returns the columns of the table for results with their identities. Values are in the unit of
+/// their row. A value that a result does not contain is missing, and so is the time of a result
+/// that was stored while the clock was not set.
+fn columns<'a>(results: &'a [(String, HistoryLine)], parameters: &[&str]) -> Vec<LongColumn<'a>> {
+    let rows: Vec<Row<'a>> = results
+        .iter()
+        .flat_map(|(identity, line)| {
             let parameters = line.parameters.iter();
             parameters.map(move |parameter| Row { identity, line, parameter })
         })

@@ -7,13 +7,14 @@ mod plot;
 
 pub use difference::{Difference, DifferenceError};
 pub use json::HistoryDocument;
-pub use long::{identities, long_table};
+pub use long::{LongHistoryError, write_long_table};
 pub use plot::plot;
 
 use didim_formats::RecordingStart;
 
 use crate::archive::drift::{Entry, JudgedHistory};
-use crate::text::{align_table, significant_digits};
+use crate::archive::store::HistoryError;
+use crate::text::{ColumnWidths, significant_digits};
 use crate::window::Note;
 
 /// Returns the text for the last column of a result.
@@ -41,67 +42,70 @@ pub fn drift_text(history: &JudgedHistory, entry: &Entry) -> String {
     }
 }
 
-/// Formats the results as a table, each followed by its note. If the width is too small for all
-/// columns, omits method and error.
-pub fn table(history: &JudgedHistory, columns: usize) -> String {
-    let table = table_of(history, &[0, 1, 2, 3, 4, 5, 6]);
-    let fits = table.lines().all(|line| line.chars().count() <= columns);
-    add_notes(history, if fits { table } else { table_of(history, &[0, 1, 2, 4, 6]) })
+/// Headers of the table of results.
+const HEADER: [&str; 7] =
+    ["result", "recorded (UTC)", "stored (UTC)", "method", "applicable", "relative error", "drift"];
+/// Columns of a table that is wide enough, and of a narrow one.
+const WIDE_COLUMNS: &[usize] = &[0, 1, 2, 3, 4, 5, 6];
+const NARROW_COLUMNS: &[usize] = &[0, 1, 2, 4, 6];
+
+/// Formats the results as a table, each followed by its note, and passes it on line by line. If the
+/// width is too small for all columns, omits method and error.
+///
+/// # Errors
+/// The history cannot be read again.
+pub fn table(
+    history: &JudgedHistory,
+    columns: usize,
+    mut take: impl FnMut(&str),
+) -> Result<(), HistoryError> {
+    let (mut widths, mut has_notes) = (ColumnWidths::of_header(&HEADER), false);
+    history.for_each_entry(|entry| {
+        widths.fit(&cells(history, entry));
+        has_notes |= !notes(entry).is_empty();
+    })?;
+    let is_wide = widths.line_length() <= columns;
+    let chosen = if is_wide { WIDE_COLUMNS } else { NARROW_COLUMNS };
+    let widths = widths.select(chosen);
+    let mut write_line = |cells: [&str; HEADER.len()], note: &str| {
+        let line = widths.line(chosen.iter().map(|column| cells[*column]));
+        match has_notes {
+            true => take(
+                &(format!("{}  {note}", line.trim_end_matches('\n')).trim_end().to_owned() + "\n"),
+            ),
+            false => take(&line),
+        }
+    };
+    write_line(HEADER, "noted");
+    history.for_each_entry(|entry| {
+        write_line(cells(history, entry).each_ref().map(String::as_str), &notes(entry));
+    })
 }
 
-/// Formats the table with some of the columns.
-fn table_of(history: &JudgedHistory, chosen: &[usize]) -> String {
-    let rows: Vec<Vec<String>> = history
-        .entries
-        .iter()
-        .map(|entry: &Entry| {
-            let line = &entry.line;
-            let error = line.relative_error.map(|error| format!("{:.2} %", 100.0 * error));
-            let row = [
-                line.result.to_string(),
-                RecordingStart::minute(line.recorded),
-                line.time.minute(),
-                line.method.clone(),
-                if line.applicable { "yes" } else { "NO" }.to_owned(),
-                error.unwrap_or_else(|| "–".to_owned()),
-                drift_text(history, entry),
-            ];
-            chosen.iter().map(|column| row[*column].clone()).collect()
-        })
-        .collect();
-    let header = [
-        "result",
-        "recorded (UTC)",
-        "stored (UTC)",
-        "method",
-        "applicable",
-        "relative error",
-        "drift",
-    ];
-    let header: Vec<&str> = chosen.iter().map(|column| header[*column]).collect();
-    align_table(&header, &rows)
+/// Returns the cells of a result.
+fn cells(history: &JudgedHistory, entry: &Entry) -> [String; HEADER.len()] {
+    let line = &entry.line;
+    let error = line.relative_error.map(|error| format!("{:.2} %", 100.0 * error));
+    [
+        line.result.to_string(),
+        RecordingStart::minute(line.recorded),
+        line.time.minute(),
+        line.method.clone(),
+        if line.applicable { "yes" } else { "NO" }.to_owned(),
+        error.unwrap_or_else(|| "–".to_owned()),
+        drift_text(history, entry),
+    ]
 }
 
-/// Adds the notes to a table.
-fn add_notes(history: &JudgedHistory, table: String) -> String {
-    // A note is text, so it is left-aligned in the last column. The identified load and the motor
-    // temperatures follow it.
-    let notes = history.entries.iter().map(|entry| {
-        let load = entry.line.load.as_ref().map(|load| format!("load found: {}", load.line()));
-        let note = entry.line.note.as_ref().map(Note::line);
-        let temperatures = entry.line.readings.temperatures_c().map(|range| {
-            let [coolest, hottest] =
-                [range.start(), range.end()].map(|c| significant_digits(*c, 3));
-            format!("motors at {coolest} to {hottest} °C")
-        });
-        note.into_iter().chain(load).chain(temperatures).collect::<Vec<_>>().join("; ")
+/// Returns the text after a row: the note, the identified load and the motor temperatures.
+fn notes(entry: &Entry) -> String {
+    let load = entry.line.load.as_ref().map(|load| format!("load found: {}", load.line()));
+    let note = entry.line.note.as_ref().map(Note::line);
+    let temperatures = entry.line.readings.temperatures_c().map(|range| {
+        let [coolest, hottest] = [range.start(), range.end()].map(|c| significant_digits(*c, 3));
+        format!("motors at {coolest} to {hottest} °C")
     });
-    let notes: Vec<String> = notes.collect();
-    if notes.iter().all(String::is_empty) {
-        return table;
-    }
-    let lines = table.lines().zip(std::iter::once("noted".to_owned()).chain(notes));
-    lines.map(|(line, note)| format!("{line}  {note}").trim_end().to_owned() + "\n").collect()
+    note.into_iter().chain(load).chain(temperatures).collect::<Vec<_>>().join("; ")
 }
 
 /// Summarises the baseline, with one sentence per raised alarm.

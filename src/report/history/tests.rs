@@ -1,4 +1,4 @@
-use didim_formats::RecordingStart;
+use didim_formats::{LongFormat, RecordingStart};
 
 use super::*;
 use crate::archive::drift::{Baseline, DriftOptions};
@@ -61,6 +61,60 @@ fn history() -> JudgedHistory {
     JudgedHistory::new(lines(), Some(Baseline::from_result(line(1, 6.0))), DriftOptions::default())
 }
 
+/// The table as one text.
+fn table_text(history: &JudgedHistory, columns: usize) -> String {
+    let mut text = String::new();
+    table(history, columns, |line| text += line).unwrap();
+    text
+}
+
+/// The document for scripts.
+fn json(history: &JudgedHistory) -> String {
+    serde_json::to_string(&HistoryDocument::new(history, &["fc3"], None)).unwrap()
+}
+
+/// The table for databases.
+fn csv(history: &JudgedHistory) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    write_long_table(history, LongFormat::Csv, &["fc3"], &mut bytes).unwrap();
+    bytes
+}
+
+/// What is written of a long history does not depend on what of it is in memory.
+#[test]
+fn a_long_history_is_written_as_if_it_were_in_memory() {
+    let folder = tempfile::tempdir().unwrap();
+    let lines: Vec<HistoryLine> = (0..3_000)
+        .map(|result| {
+            let mut line = line(result, 6.0 + 0.001 * (result % 7) as f64);
+            line.time = Timestamp::from_unix_s(1_795_331_849 + 400 * result);
+            line.applicable = result % 11 != 0;
+            line
+        })
+        .collect();
+    let text: Vec<String> = lines.iter().map(|line| serde_json::to_string(line).unwrap()).collect();
+    std::fs::write(folder.path().join("history.jsonl"), text.join("\n") + "\n").unwrap();
+    let baseline = Some(Baseline::from_result(lines[1].clone()));
+    let options = DriftOptions::default();
+    for last in [usize::MAX, 2_999, 1_500, 1_000, 7] {
+        let mut in_memory = JudgedHistory::new(lines.clone(), baseline.clone(), options);
+        let mut read =
+            JudgedHistory::read(folder.path(), baseline.clone(), options, &[7, 1_999]).unwrap();
+        in_memory.keep_last(last);
+        read.keep_last(last);
+        // Two weeks have two verdicts each day.
+        assert!(read.entries.len() <= 1_000 + 2 * 14, "{}", read.entries.len());
+        assert!(read.result_count() >= in_memory.result_count());
+        assert!(json(&read) == json(&in_memory), "{last}");
+        assert!(table_text(&read, 200) == table_text(&in_memory, 200), "{last}");
+        assert!(csv(&read) == csv(&in_memory), "{last}");
+        assert_eq!((read.result(7), read.result(1_999)), (lines.get(7), lines.get(1_999)));
+        assert_eq!(read.parameters(), in_memory.parameters());
+    }
+    let in_memory = JudgedHistory::read(folder.path(), baseline, options, &[]).unwrap();
+    assert_eq!(in_memory.result_count(), 3_000);
+}
+
 #[test]
 fn the_table_says_what_became_of_each_result() {
     let expected = "\
@@ -81,10 +135,11 @@ result    recorded (UTC)      stored (UTC)   method  applicable  relative \
     let squeezed = |text: &str| -> Vec<String> {
         text.lines().map(|line| line.split_whitespace().collect::<Vec<_>>().join(" ")).collect()
     };
-    assert_eq!(squeezed(&table(&history(), 200)), squeezed(expected));
-    let narrow = table(&history(), 80);
+    assert_eq!(squeezed(&table_text(&history(), 200)), squeezed(expected));
+    let narrow = table_text(&history(), 80);
     assert!(narrow.contains("recorded (UTC)") && !narrow.contains("relative error"), "{narrow}");
-    let widths: Vec<_> = table(&history(), 200).lines().map(|line| line.find("idim-ls")).collect();
+    let widths: Vec<_> =
+        table_text(&history(), 200).lines().map(|line| line.find("idim-ls")).collect();
     assert!(widths[1..].iter().all(|at| *at == widths[1]), "aligned");
     let summary = summary(&history());
     assert!(summary.starts_with("baseline: result 1 of 2026-11-23T07:17:29Z\n"), "{summary}");
@@ -94,7 +149,7 @@ result    recorded (UTC)      stored (UTC)   method  applicable  relative \
     assert!(summary.contains("left its band on 2026-11-25"), "{summary}");
     let none = JudgedHistory::new(lines(), None, DriftOptions::default());
     assert!(self::summary(&none).contains("no baseline is set"));
-    assert!(!table(&none, 200).contains("ALARM"));
+    assert!(!table_text(&none, 200).contains("ALARM"));
 }
 
 #[test]
@@ -264,7 +319,7 @@ fn plots_leave_an_unset_clock_out_and_need_no_order() {
     assert!(summary(&mixed).contains(words) && !summary(&ordered).contains("clock"));
     let html = HistoryReport { history: &mixed, parameters: &["fc3"] }.to_html();
     assert!(html.contains(words) && html.contains("7 results from 2026-11-22 07:17 to 2026-11-26"));
-    assert_eq!(HistoryDocument::new(&mixed, 0, &["fc3"], None).undated, 2);
+    assert_eq!(HistoryDocument::new(&mixed, &["fc3"], None).undated, 2);
     // Only undated results.
     let undated = [HistoryLine { time: Timestamp::from_unix_s(60), ..line(0, 6.0) }];
     let undated = JudgedHistory::new(undated.to_vec(), None, DriftOptions::default());

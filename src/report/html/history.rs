@@ -58,7 +58,7 @@ impl HistoryReport<'_> {
     }
 
     fn extent_text(&self) -> String {
-        let results = match self.history.entries.len() {
+        let results = match self.history.result_count() {
             0 => return "No result".to_owned(),
             1 => "1 result".to_owned(),
             count => format!("{count} results"),
@@ -265,7 +265,7 @@ impl HistoryReport<'_> {
                 } }
             } }
         };
-        section("Results", "The newest first.", &table)
+        section("Results", "The newest first. A day of older results is a row.", &table)
     }
 }
 

@@ -24,6 +24,10 @@ pub fn metrics_text(snapshot: Option<&Snapshot>) -> String {
         add_service(&mut text, snapshot);
         snapshot.acquisition.iter().for_each(|status| add_acquisition(&mut text, status));
         snapshot.estimation.iter().for_each(|status| add_estimation(&mut text, status));
+        let recording = snapshot.acquisition.iter().flat_map(|status| &status.recording);
+        let written = recording.map(|status| &status.written);
+        let written = written.chain(snapshot.estimation.iter().map(|status| &status.written));
+        recording::add_written(&mut text, &written.collect::<Vec<_>>());
     }
     text.finish()
 }

@@ -1,7 +1,9 @@
 //! Recording and kept recordings, as metric families.
 
 use super::exposition::{FamilyKind, MetricsText, count_value, flag_value, write};
-use crate::live::recording::{ArchiveStatus, RecordingState, RecordingStatus};
+use crate::live::recording::{
+    ArchiveStatus, RecordingState, RecordingStatus, WriteKind, WriteStatus,
+};
 
 use FamilyKind::{Counter, Gauge};
 
@@ -45,6 +47,25 @@ pub(super) fn add_recording(text: &mut MetricsText, status: &RecordingStatus) {
         ),
     ];
     write(text, Counter, &counters.map(|(name, help, value)| (name, help, count_value(value))));
+}
+
+/// Adds what the processes have written within 24 hours.
+pub(super) fn add_written(text: &mut MetricsText, statuses: &[&WriteStatus]) {
+    let labels = |kind: &WriteKind| kind.label().replace(' ', "-");
+    let help = "Bytes written to disk within 24 hours, by kind.";
+    let mut family = text.family("didim_written_day_bytes", Gauge, help);
+    for (kind, bytes) in statuses.iter().flat_map(|status| &status.day_bytes) {
+        family.add_labelled(&[("kind", &labels(kind))], count_value(*bytes));
+    }
+    let help = "Recordings not kept and pauses of the ring, for want of budget, by kind.";
+    let mut family = text.family("didim_write_budget_refusals_total", Counter, help);
+    for (kind, count) in statuses.iter().flat_map(|status| &status.given_way) {
+        family.add_labelled(&[("kind", &labels(kind))], count_value(*count));
+    }
+    if let Some(budget) = statuses.iter().find_map(|status| status.budget_bytes) {
+        let help = "Bytes that may be written to disk within 24 hours.";
+        text.family("didim_write_budget_bytes", Gauge, help).value(count_value(budget));
+    }
 }
 
 pub(super) fn add_archive(text: &mut MetricsText, status: &ArchiveStatus) {

@@ -9,7 +9,9 @@ use super::snapshot::Snapshot;
 use crate::archive::drift::DriftStatus;
 use crate::live::acquire::{AcquisitionStatus, FrameLatency, FrameTime, Grant};
 use crate::live::latency::LatencySummary;
-use crate::live::recording::{ArchiveStatus, RecordingState, RecordingStatus};
+use crate::live::recording::{
+    ArchiveStatus, RecordingState, RecordingStatus, WriteStatus, share_bytes,
+};
 use crate::live::worker::{EstimationStatus, LoadStatus, WindowState};
 use crate::text::significant_digits;
 
@@ -141,6 +143,7 @@ fn estimation_rows(rows: &mut Rows, status: &EstimationStatus) {
     );
     rows.add_count("results not stored yet", status.results_waiting);
     rows.add_count("history not written yet", status.history_lines_waiting);
+    written_rows(rows, &status.written);
     if let Some(archive) = &status.kept_recordings {
         archive_rows(rows, archive);
     }
@@ -207,6 +210,22 @@ fn recording_rows(rows: &mut Rows, status: &RecordingStatus) {
     rows.add_count("frames unrecorded", status.frames_unrecorded);
     rows.add_count("recording failures", status.write_errors);
     rows.add_count("ring files removed early", status.segments_given_way);
+    written_rows(rows, &status.written);
+}
+
+/// Adds the data written within 24 hours, and what gave way to the budget.
+fn written_rows(rows: &mut Rows, status: &WriteStatus) {
+    for (kind, bytes) in &status.day_bytes {
+        let share = status.budget_bytes.map_or(String::new(), |budget| {
+            format!(" of {:.0} MB", megabytes(share_bytes(budget, *kind)))
+        });
+        let text = format!("{}, {:.1} MB{share}", kind.label(), megabytes(*bytes));
+        rows.add_plain("written in 24 h", text);
+    }
+    for (kind, count) in &status.given_way {
+        let name = "refused by the budget";
+        rows.add(name, &format!("{}, {count} times", kind.label()), Kind::Count);
+    }
 }
 
 fn archive_rows(rows: &mut Rows, status: &ArchiveStatus) {

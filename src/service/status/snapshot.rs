@@ -149,6 +149,12 @@ impl Health {
                 let waiting = estimation.history_lines_waiting;
                 reasons.push(format!("{waiting} lines of the history wait to be written: {why}"));
             }
+            if let Some((written, budget)) = estimation.written.results_over_budget() {
+                reasons.push(format!(
+                    "results alone have written {written} MB within 24 h, and \
+                     service.write_mb_per_day allows {budget}; raise it, or identify less often"
+                ));
+            }
             if let Some(why) = &estimation.baseline_unreadable {
                 reasons.push(format!(
                     "no result is compared with the baseline: {why}, or remove it with `didim \

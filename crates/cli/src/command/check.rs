@@ -14,7 +14,7 @@ use crate::notes::print_note;
 use crate::output::{count_with_noun, print};
 use crate::terminal::print_for_terminal;
 use didim::cell::{Cell, CellError, Faults, Library, OpenKey, WrongKey};
-use didim::check::{Finding, Machine, Severity, check_cell, check_machine};
+use didim::check::{Finding, Machine, Severity, check_cell, check_machine, writing_text};
 use didim::text::significant_digits;
 
 /// Version of the object that `--json` prints.
@@ -158,6 +158,7 @@ fn text(cell: &Cell, own: &[Finding], here: &[Finding], other_machine: bool) -> 
     let mut text = summary(cell);
     text += &controller_text(cell);
     text += &drives(cell);
+    text += &writing_text(cell).unwrap_or_default();
     text += "\n";
     text += &verdict_line("the configuration", own);
     if !other_machine {

@@ -13,7 +13,7 @@ pub(crate) const GROUPS: [(&str, &[&str]); 6] = [
         "Service",
         &[
             "run", "status", "top", "metrics", "window", "note", "capture", "reload", "history",
-            "report", "baseline", "fleet", "bundle",
+            "report", "baseline", "fleet", "bundle", "state",
         ],
     ),
 ];

@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use crate::CliError;
 use crate::input::Samples;
-use crate::output::{check_outputs, print, write_text, write_whole};
+use crate::output::{check_outputs, print, print_json, write_text, write_whole};
 use crate::state::WhichState;
 use crate::stream::InputFileOrStream;
 use crate::terminal::{max_line_width, print_for_terminal, width};
@@ -17,10 +17,8 @@ use didim::analysis::{
 };
 use didim::archive::drift::{Baseline, DriftOptions, JudgedHistory};
 use didim::archive::events::{Event, read_events};
-use didim::archive::store::{HistoryLine, read_history, result_file};
-use didim::report::history::{
-    Difference, HistoryDocument, identities, long_table, plot, summary, table,
-};
+use didim::archive::store::{HistoryLine, result_file};
+use didim::report::history::{Difference, HistoryDocument, plot, summary, table, write_long_table};
 use didim::report::html::HistoryReport;
 use didim_formats::{LongFormat, LongTableError};
 
@@ -69,12 +67,12 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     };
     let format = arguments.out.as_ref().map(format_of).transpose()?;
     let compared = ComparedResults::parse(&arguments.compare, &folder);
-    let (mut history, passed_over) = match &compared {
+    let mut history = match &compared {
         Some(ComparedResults { files, are_files: true, .. }) => {
             let lines = read_result_lines(files)?;
-            (JudgedHistory::new(lines.to_vec(), None, options), 0)
+            JudgedHistory::new(lines.to_vec(), None, options)
         }
-        _ => read_folder(&folder, options)?,
+        of => read_folder(&folder, options, of.as_ref().map_or(&[], |of| &of.numbers[..]))?,
     };
     let names: Vec<String> = history.parameters().into_iter().map(str::to_owned).collect();
     if let Some(unknown) = arguments.parameter.iter().find(|name| !names.contains(name)) {
@@ -87,8 +85,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     // Results are removed only after the history is complete, because each result is judged with
     // all earlier results, including those that are not shown.
     if let Some(last) = arguments.last.and_then(|last| usize::try_from(last).ok()) {
-        let surplus = history.entries.len().saturating_sub(last);
-        history.entries.drain(..surplus);
+        history.keep_last(last);
     }
     let chosen = if arguments.parameter.is_empty() { &names } else { &arguments.parameter };
     let chosen: Vec<&str> = chosen.iter().map(String::as_str).collect();
@@ -97,19 +94,18 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         write_text(path, &report.to_html())?;
     }
     if let (Some(path), Some(format)) = (&arguments.out, format) {
-        let identities = identities(&history);
-        let table = long_table(&history, &identities, &chosen);
-        write_whole(path, |out| format.write(&table, out).map_err(CliError::from_failure))?;
+        write_whole(path, |out| {
+            write_long_table(&history, format, &chosen, out).map_err(CliError::from_failure)
+        })?;
     }
     if arguments.json {
-        let document = HistoryDocument::new(&history, passed_over, &chosen, difference);
-        let json = serde_json::to_string(&document).map_err(CliError::from_failure)?;
-        return print(&format!("{json}\n"));
+        return print_json(&HistoryDocument::new(&history, &chosen, difference));
     }
     if let (Some(difference), Some(compared)) = (difference, compared) {
         return print_for_terminal(&(compared.legend() + &difference.table()));
     }
-    let mut text = table(&history, max_line_width()) + "\n" + &summary(&history);
+    print_table(&history)?;
+    let mut text = "\n".to_owned() + &summary(&history);
     for name in &arguments.parameter {
         text += "\n";
         text += &plot(&history, name, width())
@@ -147,17 +143,40 @@ struct EventDocument<'a> {
     events: &'a [Event],
 }
 
-/// Reads the history of a folder and judges it. Also returns the number of skipped lines.
-fn read_folder(folder: &Path, options: DriftOptions) -> Result<(JudgedHistory, usize), CliError> {
-    let (lines, passed_over) = read_history(folder).map_err(CliError::from_failure)?;
-    if passed_over > 0 {
+/// Number of characters of the table that are printed at once.
+const PRINTED_AT_ONCE: usize = 1 << 16;
+
+/// Prints the results, some at a time.
+fn print_table(history: &JudgedHistory) -> Result<(), CliError> {
+    let (mut text, mut printed) = (String::new(), Ok(()));
+    let written = table(history, max_line_width(), |line| {
+        text += line;
+        if text.len() >= PRINTED_AT_ONCE && printed.is_ok() {
+            printed = print_for_terminal(&text);
+            text.clear();
+        }
+    });
+    written.map_err(CliError::from_failure)?;
+    printed?;
+    print_for_terminal(&text)
+}
+
+/// Reads the history of a folder and judges it. The requested results are found by their numbers.
+fn read_folder(
+    folder: &Path,
+    options: DriftOptions,
+    requested: &[u64],
+) -> Result<JudgedHistory, CliError> {
+    let baseline = Baseline::read(folder).map_err(CliError::from_failure)?;
+    let history = JudgedHistory::read(folder, baseline, options, requested);
+    let history = history.map_err(CliError::from_failure)?;
+    if history.passed_over > 0 {
         tracing::warn!(
-            "lines of the history skipped as incomplete, unknown or of a later version: \
-             {passed_over}"
+            "lines of the history skipped as incomplete, unknown or of a later version: {}",
+            history.passed_over
         );
     }
-    let baseline = Baseline::read(folder).map_err(CliError::from_failure)?;
-    Ok((JudgedHistory::new(lines, baseline, options), passed_over))
+    Ok(history)
 }
 
 /// Reads two result files as the results 1 and 2 of a history.

@@ -29,6 +29,7 @@ mod report;
 mod robot;
 mod run;
 mod sim;
+mod state;
 mod status;
 mod study;
 mod top;
@@ -97,6 +98,8 @@ pub(crate) enum Command {
     Fleet(fleet::Arguments),
     /// Set, clear or show the baseline for comparison with later results
     Baseline(baseline::Arguments),
+    /// Write the folder of results for an earlier version of didim
+    State(state::Arguments),
     /// Pack what a service saw into one file, for somebody who cannot see the machine
     Bundle(bundle::Arguments),
     /// Check a cell file and this machine before the service is started
@@ -159,6 +162,7 @@ impl Command {
             Self::Report(arguments) => report::execute(arguments),
             Self::Fleet(arguments) => fleet::execute(arguments),
             Self::Baseline(arguments) => baseline::execute(arguments),
+            Self::State(arguments) => state::execute(arguments),
             Self::Bundle(arguments) => bundle::execute(arguments),
             Self::Check(arguments) => check::execute(arguments),
             Self::Completions(arguments) => completions::execute(arguments, crate::command()),

@@ -17,6 +17,7 @@ mod identification;
 mod log_forms;
 mod logs;
 mod manual;
+mod memory;
 mod outputs;
 mod pipeline;
 mod report;

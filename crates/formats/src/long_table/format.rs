@@ -33,21 +33,64 @@ impl LongFormat {
         }
     }
 
-    /// Writes a table whose columns have the same number of rows.
+    /// Begins a table, whose rows are written in parts.
+    ///
+    /// # Errors
+    /// [`LongTableError::NoParquet`].
+    pub fn table(self, output: &mut (dyn Write + Send)) -> Result<LongTable<'_>, LongTableError> {
+        Ok(LongTable(match self {
+            Self::Csv => Inner::Csv(text::TextTable::new(output)),
+            #[cfg(feature = "parquet")]
+            Self::Parquet => Inner::Parquet(super::parquet::ParquetTable::new(output)),
+            #[cfg(not(feature = "parquet"))]
+            Self::Parquet => return Err(LongTableError::NoParquet),
+        }))
+    }
+}
+
+/// A table that is being written.
+#[derive(Debug)]
+pub struct LongTable<'o>(Inner<'o>);
+
+enum Inner<'o> {
+    Csv(text::TextTable<'o>),
+    #[cfg(feature = "parquet")]
+    Parquet(super::parquet::ParquetTable<'o>),
+}
+
+impl core::fmt::Debug for Inner<'_> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            Self::Csv(_) => "Csv",
+            #[cfg(feature = "parquet")]
+            Self::Parquet(_) => "Parquet",
+        })
+    }
+}
+
+impl LongTable<'_> {
+    /// Writes further rows: columns with the same number of values. The columns of all parts have
+    /// the same names and types. The first part is written also without rows.
     ///
     /// # Errors
     /// [`LongTableError`].
-    pub fn write(
-        self,
-        columns: &[LongColumn<'_>],
-        output: &mut dyn Write,
-    ) -> Result<(), LongTableError> {
-        match self {
-            Self::Csv => Ok(text::write(columns, output)?),
+    pub fn write(&mut self, columns: &[LongColumn<'_>]) -> Result<(), LongTableError> {
+        match &mut self.0 {
+            Inner::Csv(table) => Ok(table.write(columns)?),
             #[cfg(feature = "parquet")]
-            Self::Parquet => Ok(super::parquet::write(columns, output)?),
-            #[cfg(not(feature = "parquet"))]
-            Self::Parquet => Err(LongTableError::NoParquet),
+            Inner::Parquet(table) => Ok(table.write(columns)?),
+        }
+    }
+
+    /// Ends the table.
+    ///
+    /// # Errors
+    /// [`LongTableError`].
+    pub fn finish(self) -> Result<(), LongTableError> {
+        match self.0 {
+            Inner::Csv(table) => Ok(table.finish()?),
+            #[cfg(feature = "parquet")]
+            Inner::Parquet(table) => Ok(table.finish()?),
         }
     }
 }

@@ -11,7 +11,7 @@ mod wanted;
 
 pub use column::{LongColumn, LongValues};
 pub use error::LongTableError;
-pub use format::{LongFormat, read_long_table};
+pub use format::{LongFormat, LongTable, read_long_table};
 
 #[cfg(test)]
 mod tests;

@@ -21,20 +21,54 @@ use super::text::instant_text;
 use super::wanted::RequestedColumns;
 use crate::guarded::catch_panic;
 
-pub(super) fn write(columns: &[LongColumn<'_>], output: &mut dyn Write) -> io::Result<()> {
-    output.write_all(&bytes(columns).map_err(io::Error::other)?)
+/// A table that is being written as Parquet. Each part is a row group.
+pub(super) struct ParquetTable<'o> {
+    /// The output, until the first part gives the schema.
+    output: Option<&'o mut (dyn Write + Send)>,
+    file: Option<SerializedFileWriter<&'o mut (dyn Write + Send)>>,
 }
 
-/// Returns the content of the file. The library has to own the output, which is compressed and
-/// small.
-fn bytes(columns: &[LongColumn<'_>]) -> Result<Vec<u8>, ParquetError> {
+impl<'o> ParquetTable<'o> {
+    pub(super) fn new(output: &'o mut (dyn Write + Send)) -> Self {
+        Self { output: Some(output), file: None }
+    }
+
+    pub(super) fn write(&mut self, columns: &[LongColumn<'_>]) -> io::Result<()> {
+        if let Some(output) = self.output.take() {
+            self.file = Some(begin(columns, output).map_err(io::Error::other)?);
+        } else if columns.iter().all(|column| column.values.is_empty()) {
+            return Ok(());
+        }
+        match &mut self.file {
+            Some(file) => write_group(file, columns).map_err(io::Error::other),
+            None => Err(io::ErrorKind::BrokenPipe.into()),
+        }
+    }
+
+    pub(super) fn finish(self) -> io::Result<()> {
+        if let Some(file) = self.file {
+            file.close().map_err(io::Error::other)?;
+        }
+        Ok(())
+    }
+}
+
+fn begin<W: Write + Send>(
+    columns: &[LongColumn<'_>],
+    output: W,
+) -> Result<SerializedFileWriter<W>, ParquetError> {
     let fields = columns.iter().map(|column| schema_field(column).map(Arc::new));
     let fields = fields.collect::<Result<_, _>>()?;
     let schema = Type::group_type_builder("didim").with_fields(fields).build()?;
     let compression = Compression::ZSTD(ZstdLevel::default());
     let properties = WriterProperties::builder().set_compression(compression).build();
-    let mut bytes = Vec::new();
-    let mut file = SerializedFileWriter::new(&mut bytes, Arc::new(schema), Arc::new(properties))?;
+    SerializedFileWriter::new(output, Arc::new(schema), Arc::new(properties))
+}
+
+fn write_group<W: Write + Send>(
+    file: &mut SerializedFileWriter<W>,
+    columns: &[LongColumn<'_>],
+) -> Result<(), ParquetError> {
     let mut group = file.next_row_group()?;
     for column in columns {
         let missing = || ParquetError::General("the schema has fewer columns".to_owned());
@@ -63,8 +97,7 @@ fn bytes(columns: &[LongColumn<'_>]) -> Result<Vec<u8>, ParquetError> {
         column_writer.close()?;
     }
     group.close()?;
-    file.close()?;
-    Ok(bytes)
+    Ok(())
 }
 
 fn schema_field(column: &LongColumn<'_>) -> Result<Type, ParquetError> {

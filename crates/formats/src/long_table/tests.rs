@@ -16,10 +16,39 @@ fn columns() -> Vec<LongColumn<'static>> {
     ]
 }
 
+fn write(format: LongFormat, parts: &[&[LongColumn<'_>]], output: &mut Vec<u8>) {
+    let mut table = format.table(output).unwrap();
+    parts.iter().for_each(|part| table.write(part).unwrap());
+    table.finish().unwrap();
+}
+
+#[test]
+fn a_table_in_parts_has_the_rows_of_all() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut formats = vec![(LongFormat::Csv, "long.csv")];
+    if cfg!(feature = "parquet") {
+        formats.push((LongFormat::Parquet, "long.parquet"));
+    }
+    let part = columns();
+    let empty: Vec<_> = vec![LongColumn { name: "name", values: LongValues::Text(Vec::new()) }];
+    for (format, name) in formats {
+        let path = folder.path().join(name);
+        for (parts, rows) in [(vec![&part[..]; 3], 9), (vec![&part[..1], &empty[..]], 3)] {
+            let mut bytes = Vec::new();
+            write(format, &parts, &mut bytes);
+            std::fs::write(&path, &bytes).unwrap();
+            let mut read = Vec::new();
+            read_long_table(&path, ["name"], |row| read.push(row)).unwrap();
+            assert_eq!(read.len(), rows, "{name}");
+            assert_eq!(read[rows - 3][0], "fc3");
+        }
+    }
+}
+
 #[test]
 fn every_kind_of_value_is_written_as_text() {
     let mut bytes = Vec::new();
-    LongFormat::Csv.write(&columns(), &mut bytes).unwrap();
+    write(LongFormat::Csv, &[&columns()], &mut bytes);
     let expected = "\
 name,unit,value,result,good,time
 fc3,N·m,0.30000000000000004,7,true,2026-11-22T07:17:29Z
@@ -50,7 +79,7 @@ fn what_is_written_is_read_back_whatever_the_format() {
     for (format, name) in formats {
         let path = folder.path().join(name);
         let mut bytes = Vec::new();
-        format.write(&columns(), &mut bytes).unwrap();
+        write(format, &[&columns()], &mut bytes);
         std::fs::write(&path, &bytes).unwrap();
         let mut rows = Vec::new();
         let names = ["time", "value", "name", "good", "result"];
@@ -77,9 +106,9 @@ fn what_is_written_as_parquet_is_read_back_with_its_types() {
     use ::parquet::schema::printer::print_schema;
 
     let mut bytes = Vec::new();
-    LongFormat::Parquet.write(&columns(), &mut bytes).unwrap();
+    write(LongFormat::Parquet, &[&columns()], &mut bytes);
     let mut again = Vec::new();
-    LongFormat::Parquet.write(&columns(), &mut again).unwrap();
+    write(LongFormat::Parquet, &[&columns()], &mut again);
     assert!(bytes == again, "the same table, the same bytes");
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("long.parquet");

@@ -9,14 +9,32 @@ use super::column::{LongColumn, LongValues};
 use super::error::LongTableError;
 use super::wanted::RequestedColumns;
 
-pub(super) fn write(columns: &[LongColumn<'_>], output: &mut dyn Write) -> io::Result<()> {
-    let mut writer = csv::Writer::from_writer(output);
-    writer.write_record(columns.iter().map(|column| column.name))?;
-    let rows = columns.iter().map(|column| column.values.len()).max().unwrap_or(0);
-    for row in 0..rows {
-        writer.write_record(columns.iter().map(|column| field_text(&column.values, row)))?;
+/// A table that is being written as text.
+pub(super) struct TextTable<'o> {
+    writer: csv::Writer<&'o mut (dyn Write + Send)>,
+    has_header: bool,
+}
+
+impl<'o> TextTable<'o> {
+    pub(super) fn new(output: &'o mut (dyn Write + Send)) -> Self {
+        Self { writer: csv::Writer::from_writer(output), has_header: false }
     }
-    writer.flush()
+
+    pub(super) fn write(&mut self, columns: &[LongColumn<'_>]) -> io::Result<()> {
+        if !std::mem::replace(&mut self.has_header, true) {
+            self.writer.write_record(columns.iter().map(|column| column.name))?;
+        }
+        let rows = columns.iter().map(|column| column.values.len()).max().unwrap_or(0);
+        for row in 0..rows {
+            let fields = columns.iter().map(|column| field_text(&column.values, row));
+            self.writer.write_record(fields)?;
+        }
+        Ok(())
+    }
+
+    pub(super) fn finish(mut self) -> io::Result<()> {
+        self.writer.flush()
+    }
 }
 
 /// Formats a field. Numbers have enough digits to read the same value back.

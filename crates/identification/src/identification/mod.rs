@@ -46,11 +46,12 @@ pub use judgement::{
     Alternative, CATALOGUE, CatalogueRow, Change, Chosen, ChosenCutoff, ChosenFriction,
     ClippedSignal, ControllerUnchecked, ConvergenceStep, CutoffTrial, Estimate, Extrapolation,
     Finding, FindingCode, Fit, FitMotion, FrictionChange, FrictionGain, FrictionScore,
-    FrozenSignal, HeldOut, Identification, Information, KeptParameter, Lag, ModelUncertainty, Note,
-    NuisanceEstimate, NuisanceParameter, Output, ParameterCovariance, ParameterEstimate,
-    PhysicalConsistency, PositionBias, PredictedError, Quantity, ReachedRange, Reason,
-    ReferenceSource, ResidualQuantiles, SCHEMA, Setting, SettingValue, Severity, Signal,
-    SingularValues, Subject, TorqueDelay, UseVerdict, Uses, Verdict,
+    FrozenSignal, HeldOut, Identification, Information, KeptParameter, Lag, ModelUncertainty,
+    ModelUncertaintySchema1, Note, NuisanceEstimate, NuisanceParameter, Output,
+    ParameterCovariance, ParameterEstimate, PhysicalConsistency, PositionBias, PredictedError,
+    Quantity, ReachedRange, Reason, ReferenceSource, ResidualQuantiles, SCHEMA, Setting,
+    SettingValue, Severity, Signal, SingularValues, Subject, TorqueDelay, UseVerdict, Uses,
+    Verdict,
 };
 pub use observation::{Motion, filtered_motion, observation_matrix};
 pub use payload::{

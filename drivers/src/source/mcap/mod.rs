@@ -19,8 +19,8 @@
 //! Frames of other recorders in ROS 2 bags (`can_msgs/msg/Frame`,
 //! `ros2_socketcan_msgs/msg/FdFrame`) are read, too. Their topic stands for the interface.
 //!
-//! Chunks are not compressed and contain their CRC. Those of other programs may be compressed. A
-//! recorder that was killed leaves a file without an end. Such a file is read up to its last
+//! Chunks of the ring are not compressed, those of kept recordings are (zstd). All contain their
+//! CRC. A recorder that was killed leaves a file without an end. Such a file is read up to its last
 //! complete chunk.
 
 mod bytes;

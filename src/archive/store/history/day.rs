@@ -111,7 +111,7 @@ impl HistoryLine {
 
 /// Returns the rows that stand for the lines of a segment: one for each day, configuration, verdict
 /// and noted payload, in the order of their first results.
-pub(in crate::archive::store) fn day_rows(lines: &[HistoryLine], segment: u64) -> Vec<HistoryLine> {
+pub(crate) fn day_rows(lines: &[HistoryLine], segment: u64) -> Vec<HistoryLine> {
     let mut groups: Vec<Vec<&HistoryLine>> = Vec::new();
     for line in lines {
         match groups.iter_mut().rev().find(|group| group[0].is_alike(line)) {
@@ -151,6 +151,7 @@ fn day_row(lines: &[&HistoryLine], segment: u64) -> Option<HistoryLine> {
     let median_of = |value: &dyn Fn(&HistoryLine) -> Option<f64>| {
         median(lines.iter().filter_map(|line| value(line)).collect())
     };
+    let (first_of, last_of) = (|day: &DaySummary| day.first, |day: &DaySummary| day.last);
     let load = |line: &HistoryLine| Some(line.load.as_ref()?.load.mass_kg?.value);
     let errors = median_of(&|line| line.relative_error);
     Some(HistoryLine {
@@ -163,8 +164,8 @@ fn day_row(lines: &[&HistoryLine], segment: u64) -> Option<HistoryLine> {
         readings: Default::default(),
         day: Some(DaySummary {
             results: lines.iter().map(|line| line.day.as_ref().map_or(1, |of| of.results)).sum(),
-            first: lines.iter().map(|line| line.time).min()?,
-            last: lines.iter().map(|line| line.time).max()?,
+            first: lines.iter().map(|line| line.day.as_ref().map_or(line.time, first_of)).min()?,
+            last: lines.iter().map(|line| line.day.as_ref().map_or(line.time, last_of)).max()?,
             scatter,
             temperature_c: median_of(&|line| line.readings.mean_temperature_c()),
             load_kg: median_of(&load),

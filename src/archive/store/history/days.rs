@@ -1,12 +1,13 @@
 //! The file of the days: one row for the results of a day, appended once.
 
-use std::fs::{File, OpenOptions};
-use std::io::{self, Write};
+use std::fs::File;
+use std::io;
 use std::path::{Path, PathBuf};
 
 use super::line::HistoryLine;
 use super::scan::scan;
 use crate::archive::store::error::{StoreError, io_error, write};
+use crate::files::with_disk;
 
 pub(super) const FILE_NAME: &str = "history-days.jsonl";
 /// Number of days that rows are kept for. Ten years, and a year until they are removed.
@@ -69,14 +70,14 @@ impl DaysFile {
             text.push(b'\n');
         }
         let is_new = !self.path.exists();
-        let file = OpenOptions::new().create(true).append(true).open(&self.path);
+        let file = with_disk(|disk| disk.append(&self.path));
         let written = file.and_then(|mut file| {
             file.write_all(&text)?;
-            file.sync_data()
+            file.sync()
         });
         written.map_err(io_error("append to", &self.path))?;
         if is_new && let Some(folder) = self.path.parent() {
-            let synced = File::open(folder).and_then(|folder| folder.sync_all());
+            let synced = with_disk(|disk| disk.sync_folder(folder));
             synced.map_err(io_error("sync", folder))?;
         }
         let Some(newest) = rows.last() else { return Ok(()) };

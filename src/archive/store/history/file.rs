@@ -2,7 +2,7 @@
 //! are skipped.
 
 use std::collections::VecDeque;
-use std::fs::{self, File, OpenOptions};
+use std::fs::{self, File};
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 
@@ -12,7 +12,7 @@ use super::scan::{HistoryContent, scan};
 use super::segments::{is_segment, open_segment, segment_numbers, segment_path, write_segment};
 use crate::archive::store::error::{StoreError, io_error, write};
 use crate::archive::store::timestamp::Timestamp;
-use crate::files::{remove_leftovers, replace};
+use crate::files::{remove_leftovers, replace, with_disk};
 
 pub(super) const FILE_NAME: &str = "history.jsonl";
 
@@ -124,6 +124,33 @@ pub fn read_history(folder: &Path) -> Result<(Vec<HistoryLine>, usize), HistoryE
 /// Returns true if a file has the name of a part of the history.
 pub(in crate::archive::store) fn is_history_file(name: &str) -> bool {
     name == FILE_NAME || name == days::FILE_NAME || is_segment(name)
+}
+
+/// Returns the paths of the parts of the history, except the file of the newest lines.
+pub(in crate::archive::store) fn history_parts(folder: &Path) -> io::Result<Vec<PathBuf>> {
+    let days = Some(folder.join(days::FILE_NAME)).filter(|path| path.exists());
+    let segments = segment_numbers(folder)?;
+    let segments = segments.into_iter().map(|number| segment_path(folder, number));
+    Ok(days.into_iter().chain(segments).collect())
+}
+
+/// Writes all lines of the history, oldest first, and returns their number.
+pub(in crate::archive::store) fn write_parsed_lines(
+    folder: &Path,
+    out: &mut dyn Write,
+) -> io::Result<usize> {
+    let (mut written, mut lines) = (Ok(()), 0);
+    let read = for_each_line(folder, |line| {
+        if written.is_ok() {
+            lines += 1;
+            written = serde_json::to_writer(&mut *out, &line)
+                .map_err(io::Error::from)
+                .and_then(|()| out.write_all(b"\n"));
+        }
+    });
+    written?;
+    read.map_err(io::Error::other)?;
+    Ok(lines)
 }
 
 /// Number of lines from which the file is closed at the end of a day, and at once \[1\]. Smaller
@@ -252,16 +279,13 @@ impl HistoryFile {
         let mut json = serde_json::to_vec(line)?;
         json.push(b'\n');
         let is_new = !self.path.exists();
-        let mut file = OpenOptions::new()
-            .create(true)
-            .append(true)
-            .open(&self.path)
-            .map_err(io_error("open", &self.path))?;
-        let length = file.metadata().map_err(io_error("read", &self.path))?.len();
+        let mut file =
+            with_disk(|disk| disk.append(&self.path)).map_err(io_error("open", &self.path))?;
+        let length = file.length().map_err(io_error("read", &self.path))?;
         if length != self.length {
             self.look_again(length)?;
         }
-        let written = file.write_all(&json).and_then(|()| file.sync_data());
+        let written = file.write_all(&json).and_then(|()| file.sync());
         if let Err(cause) = written {
             // Restores the previous state. If this fails as well, the next append repairs the file.
             let _ = self.cut_tail();
@@ -316,7 +340,7 @@ impl HistoryFile {
         self.days.append(rows)?;
         let path = segment_path(&self.folder, oldest.number);
         self.segments.remove(0);
-        fs::remove_file(&path).map_err(io_error("remove", &path))?;
+        with_disk(|disk| disk.remove(&path)).map_err(io_error("remove", &path))?;
         self.sync_folder()
     }
 
@@ -346,13 +370,13 @@ impl HistoryFile {
     }
 
     fn cut_tail(&self) -> Result<(), StoreError> {
-        let file = OpenOptions::new().write(true).open(&self.path);
-        let cut = file.and_then(|file| file.set_len(self.length).and_then(|()| file.sync_all()));
+        let file = with_disk(|disk| disk.append(&self.path));
+        let cut = file.and_then(|mut file| file.cut(self.length).and_then(|()| file.sync()));
         cut.map_err(io_error("remove an incomplete line from", &self.path))
     }
 
     fn sync_folder(&self) -> Result<(), StoreError> {
-        let synced = File::open(&self.folder).and_then(|folder| folder.sync_all());
+        let synced = with_disk(|disk| disk.sync_folder(&self.folder));
         synced.map_err(io_error("sync", &self.folder))
     }
 }

@@ -54,6 +54,7 @@ impl Recorded {
             options: self.options.clone(),
             curves: curves(),
             shared: SharedArchive::default(),
+            budget: WriteBudget::default(),
             waiting_requests: Vec::new(),
             capture: None,
             step_time: Instant::now(),
@@ -66,7 +67,7 @@ impl Recorded {
         let folder = self.folder.path().to_owned();
         let options =
             ArchiverOptions { folder, recordings: self.options.clone(), curves: curves() };
-        let (archiver, thread) = Archiver::start(&options).unwrap();
+        let (archiver, thread) = Archiver::start(&options, &WriteBudget::default()).unwrap();
         requests(&archiver);
         thread.finish();
         archiver.shared().snapshot()

@@ -463,6 +463,16 @@ pub(super) const PAGES: &[CommandPage] = &[
         &["didim-replay(1)", "didim-history(1)", "didim-status(1)"],
     ),
     page(
+        "state",
+        "Rewrites results and baseline in the layout of an earlier version, and joins the history \
+         in one file, in which a row of a day stands as a result. Compressed parts of the history \
+         are moved to `newer/`, which no version reads. Stop the service first. This version reads \
+         the folder as before.",
+        &[["didim state --for 0.2", "before didim 0.2 is installed again"]],
+        &[STATE_FILES],
+        &["didim-history(1)", "didim-baseline(1)"],
+    ),
+    page(
         "baseline",
         "Later results are compared with the baseline, and a parameter that leaves its band raises \
         an alarm.",

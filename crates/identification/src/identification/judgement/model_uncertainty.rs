@@ -71,6 +71,17 @@ impl<'de> Deserialize<'de> for ModelUncertainty {
     }
 }
 
+/// A [`ModelUncertainty`] in the layout of schema 1.
+#[derive(Debug, Serialize)]
+pub struct ModelUncertaintySchema1 {
+    observed: Observed,
+    deviations: Vec<f64>,
+    mean: Vec<f64>,
+    covariance: MatrixRows<f32>,
+    influence: MatrixRows<f32>,
+    noise_nm: Vec<f64>,
+}
+
 /// Error on a recording, predicted by the result before the recording is used. The prediction uses
 /// the motion, and of the measured torque only its size. The actual error is as often larger as
 /// smaller.
@@ -133,6 +144,21 @@ impl ModelUncertainty {
             now[(row, k)] * unit(k) - then[(row, k)]
         });
         Some(earlier.shift_variances(&difference).into_iter().map(f64::sqrt).collect())
+    }
+
+    /// Returns the uncertainty for versions that read schema 1 only.
+    pub fn to_schema_1(&self) -> ModelUncertaintySchema1 {
+        let factor = self.covariance_factor.matrix(self.mean.len());
+        let covariance = MatrixRows::lower_triangle(&(&factor * factor.transpose()));
+        let sensitivity = MatrixRows::from_matrix(&self.sensitivity.matrix(self.deviations.len()));
+        ModelUncertaintySchema1 {
+            observed: self.observed.clone(),
+            deviations: self.deviations.clone(),
+            mean: self.mean.clone(),
+            covariance: covariance.to_single(),
+            influence: sensitivity.to_single(),
+            noise_nm: self.noise_nm.clone(),
+        }
     }
 
     /// Returns K, if every matrix has the matching shape.
@@ -309,6 +335,9 @@ mod tests {
         let read: ModelUncertainty = toml::from_str(&(common.to_owned() + rows)).unwrap();
         expected.observed = read.observed.clone();
         assert_eq!(read, expected);
+        // And written again.
+        let again = toml::to_string(&read.to_schema_1()).unwrap();
+        assert_eq!(toml::from_str::<ModelUncertainty>(&again).unwrap(), read);
         let silent: ModelUncertainty = toml::from_str(common).unwrap();
         assert_eq!(silent.difference_deviations(&expected), None);
         // A negative variance has no factor.

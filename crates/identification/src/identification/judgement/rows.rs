@@ -21,6 +21,18 @@ impl<T> Default for MatrixRows<T> {
 }
 
 impl MatrixRows<f64> {
+    /// Takes the rows of a matrix.
+    pub(super) fn from_matrix(matrix: &DMatrix<f64>) -> Self {
+        Self(matrix.row_iter().map(|row| row.iter().copied().collect()).collect())
+    }
+
+    /// Returns the numbers in single precision.
+    #[expect(clippy::cast_possible_truncation, reason = "to single precision")]
+    pub(super) fn to_single(&self) -> MatrixRows<f32> {
+        let single = |row: &Vec<f64>| row.iter().map(|value| *value as f32).collect();
+        MatrixRows(self.0.iter().map(single).collect())
+    }
+
     /// Takes the lower triangle of a matrix.
     pub(super) fn lower_triangle(matrix: &DMatrix<f64>) -> Self {
         let row = |k| matrix.row(k).iter().take(k + 1).copied().collect();
