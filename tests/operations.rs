@@ -198,6 +198,9 @@ fn fill(value: &mut Value, key: &str) {
             fill(value, key);
         }
         Value::Number(number) if number.as_f64() == Some(0.0) => *value = 1.into(),
+        Value::Object(kinds) if kinds.is_empty() && ["day_bytes", "given_way"].contains(&key) => {
+            *value = json!({ "ring": 1 });
+        }
         Value::Object(causes) if causes.is_empty() => *value = json!({ "missing_axis": 1 }),
         Value::Object(fields) => fields.iter_mut().for_each(|(key, value)| fill(value, key)),
         _ => {}

@@ -132,6 +132,8 @@ pub(crate) enum Crash {
     NamesAndTorn(u64),
     /// The content, without the names.
     ContentOnly,
+    /// The content, and of the names in a folder the newest change, which overtook the others.
+    NewestName,
     /// Any.
     Random(u64),
 }
@@ -140,9 +142,10 @@ impl Crash {
     /// Returns the kinds of crashes to try after a change.
     pub(crate) fn kinds(seed: u64) -> Vec<Self> {
         let random = (0..3).map(|k| Self::Random(4 * seed + k));
-        let certain = [Self::Nothing, Self::Everything, Self::NamesOnly, Self::ContentOnly];
+        let definite =
+            [Self::Nothing, Self::Everything, Self::NamesOnly, Self::ContentOnly, Self::NewestName];
         let torn = [Self::NamesAndTorn(seed), Self::NamesAndTorn(seed + 1)];
-        certain.into_iter().chain(torn).chain(random).collect()
+        definite.into_iter().chain(torn).chain(random).collect()
     }
 }
 
@@ -505,10 +508,11 @@ impl DiskState {
     fn write_folder(&self, inode: usize, crash: Crash, random: &mut ChaCha8Rng, folder: &Path) {
         let names = &self.folders[&inode];
         let mut entries = names.certain.clone();
-        for change in &names.pending {
+        for (at, change) in names.pending.iter().enumerate() {
             let is_left = match crash {
                 Crash::Nothing | Crash::ContentOnly => false,
                 Crash::Everything | Crash::NamesOnly | Crash::NamesAndTorn(_) => true,
+                Crash::NewestName => at + 1 == names.pending.len(),
                 Crash::Random(_) => random.next_u32().is_multiple_of(2),
             };
             if is_left {
@@ -536,7 +540,7 @@ fn remains(content: &Content, crash: Crash, random: &mut ChaCha8Rng) -> Vec<u8> 
     let Content { certain, present } = content;
     let is_torn = match crash {
         Crash::Nothing | Crash::NamesOnly => return certain.clone(),
-        Crash::Everything | Crash::ContentOnly => return present.clone(),
+        Crash::Everything | Crash::ContentOnly | Crash::NewestName => return present.clone(),
         Crash::NamesAndTorn(_) => true,
         Crash::Random(_) => match random.next_u32() % 3 {
             0 => return certain.clone(),

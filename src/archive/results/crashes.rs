@@ -256,14 +256,19 @@ impl Recorded {
         Self { base, changes: disk.changes(), acts, earlier }
     }
 
-    /// Crashes after every change. The disk ignores syncs of one kind. Returns the first problem.
+    /// Crashes after every change; if the disk ignores syncs of one kind, after those since the
+    /// first such sync. Returns the first problem.
     fn crash_everywhere(&self, ignored: Option<&str>) -> Result<usize, String> {
-        let (mut state, mut crashes) = (self.base.clone(), 0);
+        let (mut state, mut crashes, mut differs) = (self.base.clone(), 0, ignored.is_none());
         for until in 0..=self.changes.len() {
-            if let Some(change) = until.checked_sub(1).map(|last| &self.changes[last])
-                && (ignored.is_none() || state.sync_label(change).as_deref() != ignored)
-            {
-                state.apply(change);
+            if let Some(change) = until.checked_sub(1).map(|last| &self.changes[last]) {
+                match ignored.is_some() && state.sync_label(change).as_deref() == ignored {
+                    true => differs = true,
+                    false => state.apply(change),
+                }
+            }
+            if !differs {
+                continue;
             }
             let kinds = match state.is_certain() {
                 true => vec![Crash::Nothing],

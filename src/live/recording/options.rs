@@ -130,14 +130,14 @@ pub struct RecorderOptions {
     pub budget: WriteBudget,
 }
 
-/// Name of the file with the bytes that the recorder has written, in the folder of the ring.
+/// Name of the file with the bytes that the recorder has written, next to the folder of the ring.
 const WRITTEN_FILE: &str = ".written.json";
 
 impl RecorderOptions {
     /// Returns the options with a budget of a day \[MB\].
     #[must_use]
     pub fn with_budget(mut self, megabytes: Option<u64>) -> Self {
-        self.budget = WriteBudget::new(megabytes, &self.folder.join(WRITTEN_FILE));
+        self.budget = WriteBudget::new(megabytes, &self.folder.with_file_name(WRITTEN_FILE));
         self
     }
 

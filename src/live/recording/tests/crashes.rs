@@ -95,7 +95,8 @@ fn recordings_give_way_to_the_budget_of_a_day_and_say_so() {
 #[test]
 fn the_ring_stops_at_its_share_of_the_budget_and_says_so() {
     let folder = tempfile::tempdir().unwrap();
-    let options = options(folder.path(), 100_000_000).with_budget(Some(1));
+    let ring = folder.path().join("ring");
+    let options = options(&ring, 100_000_000).with_budget(Some(1));
     let (recorder, mut tap) = Recorder::start(options, &interfaces(), StampClock::Own).unwrap();
     let shared = recorder.shared().clone();
     let mut n = 0;
@@ -107,11 +108,11 @@ fn the_ring_stops_at_its_share_of_the_budget_and_says_so() {
     let status = end(recorder, tap);
     assert_eq!(status.state, RecordingState::Failed);
     assert!(status.why.unwrap().contains("ring may write 0.6 MB of service.write_mb_per_day"));
-    let bytes: u64 = files(folder.path()).iter().map(|file| file.metadata().unwrap().len()).sum();
+    let bytes: u64 = files(&ring).iter().map(|file| file.metadata().unwrap().len()).sum();
     // The frames of one step come on top.
     assert!(bytes < 1_000_000, "{bytes}");
     // A restart goes on with what was written.
-    let options = super::options(folder.path(), 100_000_000).with_budget(Some(1));
+    let options = super::options(&ring, 100_000_000).with_budget(Some(1));
     let (recorder, mut tap) = Recorder::start(options, &interfaces(), StampClock::Own).unwrap();
     let shared = recorder.shared().clone();
     tap.pass_on(&[frame(0)], 0);
