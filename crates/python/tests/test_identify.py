@@ -196,7 +196,9 @@ def test_an_interrupt_ends_the_wait(urdf: Path, tmp_path: Path) -> None:
     program = tmp_path / "program.py"
     program.write_text(
         f"""
+import signal
 import numpy as np, didim
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background ignores it
 robot = didim.Robot.from_urdf({str(urdf)!r}, drive_inertia=True, friction=["viscous", "coulomb", "offset"])
 time = np.arange(300_000) / 500.0
 q = np.sin(np.outer(time, [1.0, 1.3])) + 0.3 * np.sin(np.outer(time, [3.1, 2.7]))

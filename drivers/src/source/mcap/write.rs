@@ -2,7 +2,6 @@
 
 use std::io::Write;
 
-use ::mcap::Compression;
 use ::mcap::records::{MessageHeader, Metadata};
 use ::mcap::write::{NoSeek, WriteOptions, Writer};
 
@@ -83,11 +82,20 @@ struct Joints {
     names: Vec<String>,
 }
 
-/// Compression of kept recordings.
+/// Returns options without compression.
+fn uncompressed() -> WriteOptions {
+    WriteOptions::new().compression(None)
+}
+
+/// Returns the options of kept recordings: compressed in this thread, if the build can.
 #[cfg(feature = "zstd")]
-const COMPRESSION: Option<Compression> = Some(Compression::Zstd);
+fn compressed(options: WriteOptions) -> WriteOptions {
+    options.compression(Some(::mcap::Compression::Zstd)).compression_threads(0)
+}
 #[cfg(not(feature = "zstd"))]
-const COMPRESSION: Option<Compression> = None;
+fn compressed(options: WriteOptions) -> WriteOptions {
+    options
+}
 
 impl<W: Write> McapWriter<W> {
     /// Creates a writer and writes the beginning of the file. The interface index of a frame
@@ -96,7 +104,7 @@ impl<W: Write> McapWriter<W> {
     /// # Errors
     /// [`McapWriteError`].
     pub fn new(out: W, info: &McapInfo) -> Result<Self, McapWriteError> {
-        Self::create(out, info, None)
+        Self::create(out, info, uncompressed())
     }
 
     /// Creates a writer like [`Self::new`], whose chunks are compressed if this build has the
@@ -105,18 +113,12 @@ impl<W: Write> McapWriter<W> {
     /// # Errors
     /// [`McapWriteError`].
     pub fn compressed(out: W, info: &McapInfo) -> Result<Self, McapWriteError> {
-        Self::create(out, info, COMPRESSION)
+        Self::create(out, info, compressed(uncompressed()))
     }
 
-    fn create(
-        out: W,
-        info: &McapInfo,
-        compression: Option<Compression>,
-    ) -> Result<Self, McapWriteError> {
+    fn create(out: W, info: &McapInfo, options: WriteOptions) -> Result<Self, McapWriteError> {
         let library = format!("didim {}", env!("CARGO_PKG_VERSION"));
-        let options = WriteOptions::new()
-            .compression(compression)
-            .compression_threads(0)
+        let options = options
             .profile("ros2")
             .library(library)
             .chunk_size(Some(CHUNK_SIZE))
