@@ -62,6 +62,31 @@ fn right_recordings_of_a_kr300_are_read_as_they_are() {
     }
 }
 
+/// The torque of motor 2 comes 15 samples of 4 ms late. What a smaller lag of other motors explains
+/// at their joints is no rival.
+#[test]
+fn a_late_torque_of_a_kr300_is_named_with_its_delay() {
+    let folder = tempfile::tempdir().unwrap();
+    let files = ["a.csv", "b.csv"].map(|name| {
+        let text = fs::read_to_string(repository("tests/data/kr300").join(name)).unwrap();
+        let mut rows: Vec<Vec<String>> =
+            text.lines().map(|line| line.split(',').map(str::to_owned).collect()).collect();
+        let column = rows[0].iter().position(|of| of == "motor_torque_nm_2").unwrap();
+        for row in (1 + 15..rows.len()).rev() {
+            rows[row][column] = rows[row - 15][column].clone();
+        }
+        let path = folder.path().join(name);
+        let lines = rows.iter().map(|row| row.join(",") + "\n");
+        fs::write(&path, lines.collect::<String>()).unwrap();
+        path.display().to_string()
+    });
+    let found = readings(&json(&identify_arm("kr300", &files, "1.8", "8.196")));
+    let [found] = &found[..] else { panic!("{found:#?}") };
+    assert_eq!((&found["code"], &found["subject"]["motors"]), (&"late-signal".into(), &[2].into()));
+    let delay_s = found["figure"].as_f64().unwrap();
+    assert!((delay_s - 0.06).abs() < 0.01, "{found}");
+}
+
 /// The rows of the joints whose torques were measured, over the whole motion and parts of it.
 #[test]
 fn right_rows_of_a_tiago_are_read_as_they_are() {

@@ -499,12 +499,12 @@ fn exceeds(value: f64, limit: f64) -> bool {
 }
 
 /// Returns a selected parameter by its number.
-fn parameter(context: &Context<'_>, index: usize) -> Parameter {
+pub(super) fn parameter(context: &Context<'_>, index: usize) -> Parameter {
     context.robot.parameters().parameters()[context.selection.columns()[index]]
 }
 
 /// Returns the name of a selected parameter, by its number, if the parameter cannot be negative.
-fn positive_quantity(context: &Context<'_>, index: usize) -> Option<&'static str> {
+pub(super) fn positive_quantity(context: &Context<'_>, index: usize) -> Option<&'static str> {
     use ParameterKind::{FvAsymmetric, FvCubic, FvQuadratic};
 
     let Parameter { kind, joint } = parameter(context, index);

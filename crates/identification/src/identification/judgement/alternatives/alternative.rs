@@ -132,6 +132,11 @@ impl Alternative {
         }
     }
 
+    /// Returns true for related readings of the same motors.
+    pub(super) fn is_variant(&self, other: &Self) -> bool {
+        self.is_related(other) && self.motors() == other.motors()
+    }
+
     /// Returns gravity in the base \[m/s²\]; `None` as it is configured.
     pub(super) fn gravity_m_s2(&self) -> Option<[f64; 3]> {
         match self {

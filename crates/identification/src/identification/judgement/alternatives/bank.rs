@@ -114,7 +114,8 @@ pub(super) fn bank(context: &Context<'_>, ranges: &[f64]) -> Vec<Group> {
 fn lag_times(context: &Context<'_>) -> Vec<f64> {
     let shortest_s = SHORTEST_LAG / context.rows_hz();
     let longer = |before: &f64| Some(before * LAG_STEP);
-    core::iter::successors(Some(shortest_s), longer).take_while(|of| *of <= LONGEST_LAG_S).collect()
+    let shorter = core::iter::successors(Some(shortest_s), longer);
+    shorter.take_while(|of| *of < LONGEST_LAG_S).chain([LONGEST_LAG_S]).collect()
 }
 
 /// Returns gravity of the same size along every axis of the base, in both senses, except the

@@ -40,14 +40,14 @@ const LEAVES: f64 = 0.5;
 
 /// Smallest reduction of that joint's residual, as a share of its torque. Smaller errors matter to
 /// no use. Healthy recordings of real arms reach 2 %.
-const MATTERS: f64 = 0.03;
+const MATTERS: f64 = 0.02;
 
 /// The same two limits for the screening, whose rows are few and not filtered.
 const MAY_LEAVE: f64 = 0.7;
-const MAY_MATTER: f64 = 0.02;
+const MAY_MATTER: f64 = 0.012;
 
 /// Largest number of alternatives that are fitted after the screening.
-const FINALISTS: usize = 5;
+const FINALISTS: usize = 6;
 
 /// Largest number of wrong readings that are found at once.
 const MOST_AT_ONCE: usize = 3;
@@ -59,6 +59,9 @@ const REFINING_STEPS: usize = 10;
 /// Change of the logarithm of a number at which its likelihood is compared. The likelihood is a
 /// parabola over such a change, and differs by more than rounding.
 const STEP: f64 = 0.05;
+
+/// Largest number of such steps from the number of the screening to the most likely one.
+const MOST_STEPS: usize = 10;
 
 /// Alternatives that fit decisively better.
 #[derive(Default)]
@@ -163,36 +166,83 @@ fn explain(refit: &Refit<'_>, logged: &Experiment, found: &mut FoundAlternatives
 /// Alternative with its evidence.
 struct Candidate {
     alternative: Alternative,
+    /// Squared relative residual of each joint, before and after.
+    squares: [Vec<f64>; 2],
     /// Σ_j N_j ln(e_j / e'_j).
     likelihood_gain: f64,
     evidence: f64,
     matters: bool,
     /// Independent rows of each joint.
     rows: Vec<f64>,
+    /// `None` if it cannot be fitted.
+    solved: Option<Solved>,
 }
 
 impl Candidate {
+    /// Returns true unless a drive has a negative friction that it has not with the configured
+    /// reading.
+    fn is_possible(&self, configured: &Refit<'_>, filter: &RowFilter) -> bool {
+        let motors = self.alternative.motors();
+        let of = |solved: &Solved| solved.negative_friction(&configured.context, filter, &motors);
+        let own = self.solved.as_ref().map(of).unwrap_or_default();
+        if own.is_empty() {
+            return true;
+        }
+        let before = of(&configured.solved);
+        own.iter().all(|parameter| before.contains(parameter))
+    }
+
+    /// Returns the joints whose residual the alternative explains.
+    fn explained_joints(&self) -> Vec<usize> {
+        let [before, after] = &self.squares;
+        (0..before.len()).filter(|joint| after[*joint] <= LEAVES * before[*joint]).collect()
+    }
+
+    /// Returns the evidence of the rows of some joints. What another alternative explains at other
+    /// joints is no rival explanation.
+    fn evidence_of(&self, joints: &[usize]) -> f64 {
+        let [before, after] = &self.squares;
+        let gains: Vec<f64> = gains([before, after]).collect();
+        let of_joints: f64 = joints.iter().map(|joint| gains[*joint] * self.rows[*joint]).sum();
+        self.evidence - self.likelihood_gain + of_joints
+    }
+
     /// Returns the alternative with the most likely number, and its standard deviation: by a
     /// parabola through the likelihood at three numbers. `None` if no number is the most likely.
     fn estimated(&self, refit: &Refit<'_>, logged: &Experiment) -> Option<Alternative> {
-        let Some(Chosen { value, .. }) = self.alternative.constant() else {
+        let Some(Chosen { mut value, .. }) = self.alternative.constant() else {
             return Some(self.alternative.clone());
         };
         let before = relative_squares(refit);
-        let likelihood = |step: f64| {
-            let other = self.alternative.with_constant(value * step.exp());
+        let likelihood = |value: f64| {
+            let other = self.alternative.with_constant(value);
             let reading = Reading::new(&other, &refit.context, logged);
-            let after = relative_squares(&reading.refit(&refit.context).ok()?);
-            Some(likelihood_gain([&before, &after], &self.rows))
+            let after = reading.refit(&refit.context).ok().map(|of| relative_squares(&of));
+            after.map_or(f64::NAN, |after| likelihood_gain([&before, &after], &self.rows))
         };
-        let [lower, higher] = [-STEP, STEP].map(|step| likelihood(step).unwrap_or(f64::NAN));
-        let curvature = (2.0 * self.likelihood_gain - lower - higher) / (STEP * STEP);
+        let near = |value: f64, steps: f64| likelihood(value * (steps * STEP).exp());
+        let mut gains = [near(value, -1.0), self.likelihood_gain, near(value, 1.0)];
+        // The screening finds the number to a few steps.
+        for _ in 0..MOST_STEPS {
+            let [lower, own, higher] = gains;
+            if higher > own {
+                value *= STEP.exp();
+                gains = [own, higher, near(value, 1.0)];
+            } else if lower > own {
+                value *= (-STEP).exp();
+                gains = [near(value, -1.0), lower, own];
+            } else {
+                break;
+            }
+        }
+        let [lower, own, higher] = gains;
+        let curvature = (2.0 * own - lower - higher) / (STEP * STEP);
         let shift = (higher - lower) / (2.0 * STEP * curvature);
         let chosen = Chosen {
             value: value * shift.clamp(-STEP, STEP).exp(),
             standard_deviation: value / curvature.sqrt(),
         };
-        let is_maximum = chosen.standard_deviation.is_finite();
+        let is_maximum = own >= lower && own >= higher && chosen.standard_deviation.is_finite();
         is_maximum.then(|| self.alternative.with_chosen(chosen))
     }
 }
@@ -229,9 +279,13 @@ fn best(refit: &Refit<'_>, logged: &Experiment) -> Option<Best> {
     let judged = fitted.into_iter().filter_map(|of| of.judge(refit, &filter, count));
     let mut candidates: Vec<Candidate> = judged.collect();
     candidates.sort_by(|one, other| other.evidence.total_cmp(&one.evidence));
-    let first = candidates.first().filter(|first| first.evidence > DECISIVE)?;
-    let next = candidates.iter().skip(1).find(|of| !of.alternative.is_related(&first.alternative));
-    let is_ahead = next.is_none_or(|next| first.evidence >= next.evidence + DECISIVE);
+    let mut decisive = candidates.iter().filter(|of| of.evidence > DECISIVE);
+    let first = decisive.find(|of| of.is_possible(refit, &filter))?;
+    let joints = first.explained_joints();
+    let mut others = candidates.iter().filter(|of| !of.alternative.is_related(&first.alternative));
+    let nearest = first.evidence - DECISIVE;
+    let is_ahead =
+        !others.any(|of| of.evidence_of(&joints) > nearest && of.is_possible(refit, &filter));
     let is_named = first.matters && is_ahead;
     let named = if is_named { first.estimated(refit, logged) } else { None };
     match named {
@@ -275,7 +329,7 @@ struct Finalist {
     squares: [Vec<f64>; 2],
 }
 
-/// Returns the best alternatives of the screening, related ones once.
+/// Returns the best alternatives of the screening, variants of one once.
 fn finalists(
     screen: &mut Screen<'_, '_>,
     groups: &[Group],
@@ -313,7 +367,8 @@ fn finalists(
         .sort_by(|one, other| sum_of_gains(&other.squares).total_cmp(&sum_of_gains(&one.squares)));
     let mut finalists: Vec<Finalist> = Vec::new();
     for candidate in screened {
-        if !finalists.iter().any(|of| of.alternative.is_related(&candidate.alternative)) {
+        let is_variant = |of: &Finalist| of.alternative.is_variant(&candidate.alternative);
+        if !finalists.iter().any(is_variant) {
             finalists.push(candidate);
         }
     }
@@ -379,10 +434,11 @@ impl Fitted {
         let [before, after] = &self.squares;
         let likelihood_gain = likelihood_gain([before, after], &rows);
         let all_rows: f64 = rows.iter().sum();
-        let Self { alternative, matters, .. } = self;
+        let Self { alternative, matters, squares, solved } = self;
         let choice = if alternative.constant().is_some() { 0.5 * all_rows.ln() } else { 0.0 };
         let evidence = likelihood_gain - choice - (count as f64).ln();
-        let candidate = Candidate { alternative, likelihood_gain, evidence, matters, rows };
+        let candidate =
+            Candidate { alternative, squares, likelihood_gain, evidence, matters, rows, solved };
         evidence.is_finite().then_some(candidate)
     }
 }

@@ -2,12 +2,14 @@
 
 use nalgebra::DVector;
 
+use crate::identification::judgement::verdict::{parameter, positive_quantity};
 use crate::identification::observation::{
     Motion, filtered_motion, filtered_torque, fitted_matrix, torque_equation,
 };
 use crate::identification::problem::{Context, Experiment, IdentificationError, Method};
 use crate::regression::{Observations, ResidualAnalysis, RowFilter, Solution};
 use didim_dynamics::dynamics::{BaseParameters, Model};
+use didim_dynamics::robot::{MotorIndex, ParameterKind};
 
 /// Number of samples used. Wrong readings are present from the first sample on.
 pub(super) const INSPECTED: usize = 1 << 14;
@@ -43,6 +45,36 @@ impl Solved {
     /// Returns θ.
     pub(super) fn parameters(&self) -> &DVector<f64> {
         &self.solution.parameters
+    }
+
+    /// Returns the places of the friction parameters of some drives that are negative by more than
+    /// their uncertainty: such friction would drive the arm. Drive inertias are left out, because
+    /// errors of the model make them negative on right recordings. `context` is that of the
+    /// selected parameters.
+    pub(super) fn negative_friction(
+        &self,
+        context: &Context<'_>,
+        filter: &RowFilter,
+        motors: &[MotorIndex],
+    ) -> Vec<usize> {
+        if motors.is_empty() {
+            return Vec::new();
+        }
+        let analysis = ResidualAnalysis::new(&self.equation, &self.solution, filter);
+        let deviations = context.options.limits.negative_deviations;
+        let (values, variances) = (self.parameters(), analysis.covariance().diagonal());
+        let regrouped = context.selection.regrouped();
+        let is_negative = |k: &usize| values[*k] < -deviations * variances[*k].max(0.0).sqrt();
+        let is_friction = |k: &usize| {
+            let is_inertia = parameter(context, *k).kind == ParameterKind::Ia;
+            !regrouped[*k] && !is_inertia && positive_quantity(context, *k).is_some()
+        };
+        let is_of_drive = |k: &usize| {
+            let joint = parameter(context, *k).joint.position();
+            motors.iter().any(|motor| motor.position() == joint)
+        };
+        let places = (0..values.len()).filter(is_of_drive);
+        places.filter(is_negative).filter(is_friction).collect()
     }
 
     /// Returns the number of independent rows of each joint, by the autocorrelation of its
