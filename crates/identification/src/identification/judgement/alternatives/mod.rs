@@ -198,8 +198,8 @@ impl Candidate {
         (0..before.len()).filter(|joint| after[*joint] <= LEAVES * before[*joint]).collect()
     }
 
-    /// Returns the evidence of the rows of some joints. What another alternative explains at other
-    /// joints is no rival explanation.
+    /// Returns the evidence of the rows of some joints. Two alternatives that explain different
+    /// joints may both be true.
     fn evidence_of(&self, joints: &[usize]) -> f64 {
         let [before, after] = &self.squares;
         let gains: Vec<f64> = gains([before, after]).collect();
