@@ -83,8 +83,9 @@ fn a_late_torque_of_a_kr300_is_named_with_its_delay() {
     let found = readings(&json(&identify_arm("kr300", &files, "1.8", "8.196")));
     let [found] = &found[..] else { panic!("{found:#?}") };
     assert_eq!((&found["code"], &found["subject"]["motors"]), (&"late-signal".into(), &[2].into()));
+    // The right recording has a lag of its own, which is too small to be named.
     let delay_s = found["figure"].as_f64().unwrap();
-    assert!((delay_s - 0.06).abs() < 0.01, "{found}");
+    assert!((0.06..0.08).contains(&delay_s), "{found}");
 }
 
 /// The rows of the joints whose torques were measured, over the whole motion and parts of it.

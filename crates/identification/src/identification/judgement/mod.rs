@@ -25,6 +25,7 @@ mod nuisance_parameters;
 mod outliers;
 mod parameter_covariance;
 mod physical_consistency;
+mod positive_parameter;
 mod quantiles;
 mod reached;
 mod reasons;

@@ -5,6 +5,7 @@ use nalgebra::DVector;
 use super::alternatives::{Alternative, better_sign};
 use super::estimate::{Estimate, ReferenceSource};
 use super::nuisance_parameters::{NuisanceEstimate, NuisanceParameter};
+use super::positive_parameter::{parameter, positive_quantity};
 use super::quantiles::ResidualQuantiles;
 use super::reasons::{Note, Reason};
 use super::uses::{Criteria, UseVerdict, Uses};
@@ -12,7 +13,7 @@ use super::workspace::Indefinite;
 use crate::feasibility::Outcome;
 use crate::identification::problem::{Context, Tolerances, VerdictLimits};
 use crate::stored_value;
-use didim_dynamics::robot::{FrictionLaw, JointIndex, Parameter, ParameterKind};
+use didim_dynamics::robot::JointIndex;
 
 /// Smallest number of quantities of a joint that cannot be negative. If all are negative, this is
 /// no model error.
@@ -496,32 +497,6 @@ fn exceeding<'a>(
 /// True if a value exceeds its limit, or is not a number.
 fn exceeds(value: f64, limit: f64) -> bool {
     value.is_nan() || value > limit
-}
-
-/// Returns a selected parameter by its number.
-pub(super) fn parameter(context: &Context<'_>, index: usize) -> Parameter {
-    context.robot.parameters().parameters()[context.selection.columns()[index]]
-}
-
-/// Returns the name of a selected parameter, by its number, if the parameter cannot be negative.
-pub(super) fn positive_quantity(context: &Context<'_>, index: usize) -> Option<&'static str> {
-    use ParameterKind::{FvAsymmetric, FvCubic, FvQuadratic};
-
-    let Parameter { kind, joint } = parameter(context, index);
-    // In nonlinear viscous friction, the linear part may have either sign.
-    let bends = |law: &FrictionLaw| matches!(law.kind(), FvQuadratic | FvCubic | FvAsymmetric);
-    if kind == ParameterKind::Fv && context.robot.own_friction()[joint].laws.iter().any(bends) {
-        return None;
-    }
-    match kind {
-        ParameterKind::Ia => Some("drive inertia"),
-        ParameterKind::Fv | ParameterKind::FvMotor => Some("viscous friction"),
-        ParameterKind::Fc | ParameterKind::FcMotor => Some("Coulomb friction"),
-        ParameterKind::FcLoad => Some("friction that grows with the load"),
-        ParameterKind::Fs => Some("Stribeck friction"),
-        ParameterKind::Fh => Some("friction that lags at reversals"),
-        _ => None,
-    }
 }
 
 /// Independent rows.

@@ -137,6 +137,11 @@ impl Alternative {
         self.is_related(other) && self.motors() == other.motors()
     }
 
+    /// Returns true if the friction of a drive may have the other sign with this reading.
+    pub(super) fn may_turn_friction(&self) -> bool {
+        matches!(self, Self::OppositeSign { .. } | Self::Swapped { .. })
+    }
+
     /// Returns gravity in the base \[m/s²\]; `None` as it is configured.
     pub(super) fn gravity_m_s2(&self) -> Option<[f64; 3]> {
         match self {

@@ -61,7 +61,7 @@ const REFINING_STEPS: usize = 10;
 const STEP: f64 = 0.05;
 
 /// Largest number of such steps from the number of the screening to the most likely one.
-const MOST_STEPS: usize = 10;
+const MOST_STEPS: usize = 20;
 
 /// Alternatives that fit decisively better.
 #[derive(Default)]
@@ -179,9 +179,11 @@ struct Candidate {
 }
 
 impl Candidate {
-    /// Returns true unless a drive has a negative friction that it has not with the configured
-    /// reading.
+    /// Returns true unless the reading turns the friction of a drive negative.
     fn is_possible(&self, configured: &Refit<'_>, filter: &RowFilter) -> bool {
+        if !self.alternative.may_turn_friction() {
+            return true;
+        }
         let motors = self.alternative.motors();
         let of = |solved: &Solved| solved.negative_friction(&configured.context, filter, &motors);
         let own = self.solved.as_ref().map(of).unwrap_or_default();
@@ -279,20 +281,30 @@ fn best(refit: &Refit<'_>, logged: &Experiment) -> Option<Best> {
     let judged = fitted.into_iter().filter_map(|of| of.judge(refit, &filter, count));
     let mut candidates: Vec<Candidate> = judged.collect();
     candidates.sort_by(|one, other| other.evidence.total_cmp(&one.evidence));
-    let mut decisive = candidates.iter().filter(|of| of.evidence > DECISIVE);
-    let first = decisive.find(|of| of.is_possible(refit, &filter))?;
+    let named = named(&candidates, refit, &filter).and_then(|of| of.estimated(refit, logged));
+    if let Some(alternative) = named {
+        return Some(Best { alternative, is_named: true });
+    }
+    let first = candidates.first().filter(|of| of.evidence > DECISIVE)?;
+    is_late(&first.alternative)
+        .then(|| Best { alternative: first.alternative.clone(), is_named: false })
+}
+
+/// Returns the alternative that matters and fits decisively better than the configured reading and
+/// than every unrelated alternative. `candidates` have the one with the most evidence first.
+fn named<'c>(
+    candidates: &'c [Candidate],
+    refit: &Refit<'_>,
+    filter: &RowFilter,
+) -> Option<&'c Candidate> {
+    let mut decisive = candidates.iter().filter(|of| of.matters && of.evidence > DECISIVE);
+    let first = decisive.find(|of| of.is_possible(refit, filter))?;
     let joints = first.explained_joints();
     let mut others = candidates.iter().filter(|of| !of.alternative.is_related(&first.alternative));
     let nearest = first.evidence - DECISIVE;
-    let is_ahead =
-        !others.any(|of| of.evidence_of(&joints) > nearest && of.is_possible(refit, &filter));
-    let is_named = first.matters && is_ahead;
-    let named = if is_named { first.estimated(refit, logged) } else { None };
-    match named {
-        Some(alternative) => Some(Best { alternative, is_named: true }),
-        None => is_late(&first.alternative)
-            .then(|| Best { alternative: first.alternative.clone(), is_named: false }),
-    }
+    let is_rivalled =
+        others.any(|of| of.evidence_of(&joints) > nearest && of.is_possible(refit, filter));
+    (!is_rivalled).then_some(first)
 }
 
 /// Returns the best of the alternatives that the screening cannot judge, because its rows are not

@@ -2,7 +2,7 @@
 
 use nalgebra::DVector;
 
-use crate::identification::judgement::verdict::{parameter, positive_quantity};
+use crate::identification::judgement::positive_parameter::{parameter, positive_quantity};
 use crate::identification::observation::{
     Motion, filtered_motion, filtered_torque, fitted_matrix, torque_equation,
 };
