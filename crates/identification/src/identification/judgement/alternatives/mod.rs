@@ -171,7 +171,8 @@ struct Candidate {
     /// Σ_j N_j ln(e_j / e'_j).
     likelihood_gain: f64,
     evidence: f64,
-    matters: bool,
+    /// Joints whose residual the alternative explains.
+    explained: Vec<usize>,
     /// Independent rows of each joint.
     rows: Vec<f64>,
     /// `None` if it cannot be fitted.
@@ -192,12 +193,6 @@ impl Candidate {
         }
         let before = of(&configured.solved);
         own.iter().all(|parameter| before.contains(parameter))
-    }
-
-    /// Returns the joints whose residual the alternative explains.
-    fn explained_joints(&self) -> Vec<usize> {
-        let [before, after] = &self.squares;
-        (0..before.len()).filter(|joint| after[*joint] <= LEAVES * before[*joint]).collect()
     }
 
     /// Returns the evidence of the rows of some joints. Two alternatives that explain different
@@ -274,7 +269,7 @@ fn best(refit: &Refit<'_>, logged: &Experiment) -> Option<Best> {
     fitted.extend(fitted_directly(&groups, refit, logged, &torques));
     // A lag is a matter of degree. The others are there or not.
     let is_late = |of: &Alternative| matches!(of, Alternative::Late { .. });
-    if !fitted.iter().any(|of| of.matters || is_late(&of.alternative)) {
+    if !fitted.iter().any(|of| !of.explained.is_empty() || is_late(&of.alternative)) {
         return None;
     }
     let filter = refit.context.row_filter();
@@ -297,13 +292,13 @@ fn named<'c>(
     refit: &Refit<'_>,
     filter: &RowFilter,
 ) -> Option<&'c Candidate> {
-    let mut decisive = candidates.iter().filter(|of| of.matters && of.evidence > DECISIVE);
+    let explains = |of: &&Candidate| !of.explained.is_empty() && of.evidence > DECISIVE;
+    let mut decisive = candidates.iter().filter(explains);
     let first = decisive.find(|of| of.is_possible(refit, filter))?;
-    let joints = first.explained_joints();
     let mut others = candidates.iter().filter(|of| !of.alternative.is_related(&first.alternative));
     let nearest = first.evidence - DECISIVE;
-    let is_rivalled =
-        others.any(|of| of.evidence_of(&joints) > nearest && of.is_possible(refit, filter));
+    let is_rivalled = others
+        .any(|of| of.evidence_of(&first.explained) > nearest && of.is_possible(refit, filter));
     (!is_rivalled).then_some(first)
 }
 
@@ -363,7 +358,7 @@ fn finalists(
         let value = |k: usize| scores[k].as_ref().map_or(f64::NEG_INFINITY, |of| of.0);
         let best = (0..tried.len()).max_by(|&a, &b| value(a).total_cmp(&value(b)))?;
         let Some((_, after)) = &scores[best] else { continue };
-        if !torques.passes([&before, after], MAY_LEAVE, MAY_MATTER) {
+        if torques.explained([&before, after], MAY_LEAVE, MAY_MATTER).is_empty() {
             continue;
         }
         let (mut constant, mut after) = (tried[best], after.clone());
@@ -421,8 +416,11 @@ impl Finalist {
             squares = [relative_squares(refit), after];
         }
         let [before, after] = &squares;
-        let matters = is_inside && torques.passes([before, after], LEAVES, MATTERS);
-        Fitted { alternative, squares, matters, solved: better.map(|of| of.solved) }
+        let explained = match is_inside {
+            true => torques.explained([before, after], LEAVES, MATTERS),
+            false => Vec::new(),
+        };
+        Fitted { alternative, squares, explained, solved: better.map(|of| of.solved) }
     }
 }
 
@@ -431,7 +429,8 @@ struct Fitted {
     alternative: Alternative,
     /// Squared relative residual of each joint, before and after.
     squares: [Vec<f64>; 2],
-    matters: bool,
+    /// Joints whose residual the alternative explains. None if its number is at the end of a range.
+    explained: Vec<usize>,
     /// `None` if it cannot be fitted.
     solved: Option<Solved>,
 }
@@ -446,11 +445,11 @@ impl Fitted {
         let [before, after] = &self.squares;
         let likelihood_gain = likelihood_gain([before, after], &rows);
         let all_rows: f64 = rows.iter().sum();
-        let Self { alternative, matters, squares, solved } = self;
+        let Self { alternative, explained, squares, solved } = self;
         let choice = if alternative.constant().is_some() { 0.5 * all_rows.ln() } else { 0.0 };
         let evidence = likelihood_gain - choice - (count as f64).ln();
         let candidate =
-            Candidate { alternative, squares, likelihood_gain, evidence, matters, rows, solved };
+            Candidate { alternative, squares, likelihood_gain, evidence, explained, rows, solved };
         evidence.is_finite().then_some(candidate)
     }
 }
@@ -502,13 +501,14 @@ impl DivisorTorques {
         if divisor > 0.0 { torque / divisor } else { 0.0 }
     }
 
-    /// Returns true if a joint keeps at most this share of its residual power, and its residual
-    /// falls by at least this share of its torque.
-    fn passes(&self, [before, after]: [&[f64]; 2], leaves: f64, matters: f64) -> bool {
-        let joints = before.iter().zip(after).enumerate();
-        joints.into_iter().any(|(joint, (before, after))| {
-            let share = self.share(joint, self.joints[joint][0]);
-            *after <= leaves * before && (before.sqrt() - after.sqrt()) * share >= matters
-        })
+    /// Returns the joints that keep at most a share `leaves` of their residual power, and whose
+    /// residual falls by at least a share `matters` of their torque.
+    fn explained(&self, [before, after]: [&[f64]; 2], leaves: f64, matters: f64) -> Vec<usize> {
+        let falls = |joint: &usize| {
+            let (before, after) = (before[*joint], after[*joint]);
+            let share = self.share(*joint, self.joints[*joint][0]);
+            after <= leaves * before && (before.sqrt() - after.sqrt()) * share >= matters
+        };
+        (0..before.len()).filter(falls).collect()
     }
 }
