@@ -7,8 +7,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 use didim_dynamics::control::SimulatedController;
 use didim_identification::identification::{
     ChosenCutoff, ChosenFriction, CrossValidation, Estimate, Experiment, ExperimentError, Failure,
-    Identification, IdentificationError, Method, Note, Reduction, choose_cutoff, choose_friction,
-    cross_validate, essential_parameters, identify,
+    Identification, IdentificationError, Method, Note, Reduction, UncheckedParameter,
+    choose_cutoff, choose_friction, cross_validate, essential_parameters, identify,
+    identify_unchecked,
 };
 
 use didim_identification::regression::RegressionLimits;
@@ -181,12 +182,27 @@ pub fn choose_friction_from(
     Ok(choose_friction(&cell.robot, &cell.base, &experiment, &cell.options, tried)?)
 }
 
+/// Returns the parameters of a measurement without a verdict, which takes most of the time.
+///
+/// # Errors
+/// See [`IdentifyError`].
+pub fn parameters_of_measurement(
+    cell: &Cell,
+    method: Method,
+    measurement: &Measurement,
+    counted: Range<usize>,
+) -> Result<Vec<UncheckedParameter>, IdentifyError> {
+    let experiment = to_experiment(cell, Cow::Borrowed(measurement), counted)?;
+    cell.options.validate_robust(method).map_err(IdentifyError::NotRobust)?;
+    Ok(identify_unchecked(method, &cell.robot, &cell.base, &experiment, &cell.options)?)
+}
+
 /// Returns the root mean square difference of two identifications over their common parameters.
 /// Each difference is in units of its standard deviation. The value is about 1 if both
 /// identifications are of the same arm and have the same model error.
-pub fn rms_deviation(one: &Estimate, other: &Estimate) -> f64 {
-    let squares = one.parameters.iter().filter_map(|p| {
-        let q = other.parameters.iter().find(|q| q.name == p.name)?;
+pub fn rms_deviation(one: &[UncheckedParameter], other: &[UncheckedParameter]) -> f64 {
+    let squares = one.iter().filter_map(|p| {
+        let q = other.iter().find(|q| q.name == p.name)?;
         let deviation = p.standard_deviation.hypot(q.standard_deviation);
         Some(((p.value - q.value) / deviation).powi(2))
     });

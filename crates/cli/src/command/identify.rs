@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 use didim_identification::identification::{
-    Estimate, Identification, IdentificationError, Method, Reduction,
+    Estimate, Identification, IdentificationError, Method, Reduction, UncheckedParameter,
 };
 use serde::Serialize;
 
@@ -26,7 +26,7 @@ use crate::stream::InputFileOrStream;
 use crate::terminal::print_for_terminal;
 use crate::torque_joints::TorqueJoints;
 use didim::analysis::identify::{
-    IdentifyError, identify_measurement, reduce_measurements, rms_deviation,
+    IdentifyError, parameters_of_measurement, reduce_measurements, rms_deviation,
 };
 use didim::analysis::{
     CountedPiece, DesignedMotion, ExpectedParameter, identify_recordings, measurement_pairs,
@@ -179,10 +179,9 @@ fn identify_separately(
     if !MAX_SEPARATE_IDENTIFICATIONS.contains(&measurements.len()) {
         return Vec::new();
     }
-    let alone: Vec<Option<Estimate>> = (measurements.iter())
+    let alone: Vec<Option<Vec<UncheckedParameter>>> = (measurements.iter())
         .map(|(measurement, counted)| {
-            let identified = identify_measurement(cell, method, measurement, counted.clone());
-            identified.ok().map(|found| found.estimate)
+            parameters_of_measurement(cell, method, measurement, counted.clone()).ok()
         })
         .collect();
     let errors = reported.iter().zip(&together.relative_error_per_recording).enumerate();
@@ -195,7 +194,7 @@ fn identify_separately(
             rms_deviation_from: alone
                 .iter()
                 .enumerate()
-                .map(|(other, found): (usize, &Option<Estimate>)| {
+                .map(|(other, found): (usize, &Option<Vec<UncheckedParameter>>)| {
                     let [one, other] =
                         [alone[index].as_ref(), found.as_ref().filter(|_| other != index)];
                     one.zip(other).map(|(one, other)| rms_deviation(one, other))

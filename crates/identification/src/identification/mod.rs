@@ -41,7 +41,7 @@ pub use equation_error::{
 };
 pub use friction::choose_friction;
 pub use gains::{ArmParameter, DriveGain, Gains, GainsError, KnownLoad, Scale, find_gains};
-pub use identify::identify;
+pub use identify::{identify, identify_unchecked};
 pub use judgement::{
     Alternative, CATALOGUE, CatalogueRow, Change, Chosen, ChosenCutoff, ChosenFriction,
     ClippedSignal, ControllerUnchecked, ConvergenceStep, CutoffTrial, Estimate, Extrapolation,

@@ -151,11 +151,6 @@ impl Alternative {
         }
     }
 
-    /// Returns true for a lag of all torques and positions.
-    pub(super) fn is_of_all_signals(&self) -> bool {
-        matches!(self, Self::Late { motor: None, signal: Signal::Both, .. })
-    }
-
     /// Returns the number that the data choose, if there is one.
     pub(super) fn constant(&self) -> Option<Chosen> {
         match self {
@@ -224,7 +219,7 @@ impl Alternative {
                 }
                 *signal = Signal::Position;
             }
-            Self::Late { signal: Signal::Both, .. } | Self::PositionScale { .. } => {}
+            Self::PositionScale { .. } => {}
             Self::Late { .. }
             | Self::TorqueScale { .. }
             | Self::NoGravity

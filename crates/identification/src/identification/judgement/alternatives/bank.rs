@@ -53,11 +53,6 @@ impl Group {
     fn new(alternative: Alternative, constants: &[f64]) -> Self {
         Self { alternative, constants: constants.to_vec() }
     }
-
-    /// Returns true if the screening cannot judge the alternative.
-    pub(super) fn is_fitted_directly(&self) -> bool {
-        self.alternative.is_of_all_signals()
-    }
 }
 
 /// Returns the alternatives for an arm. `ranges` are those of the motors \[rad or m\].
@@ -92,12 +87,6 @@ pub(super) fn bank(context: &Context<'_>, ranges: &[f64]) -> Vec<Group> {
             }
         }
     }
-    // The same delay of all signals changes nothing.
-    let (motor, signal, lag) = (None, Signal::Both, Lag::LowPass);
-    groups.push(Group::new(
-        Alternative::Late { motor, signal, lag, time_s: Chosen::default() },
-        &lags,
-    ));
     for motor in &motors {
         let (motor, factor) = (*motor, Chosen::default());
         groups.push(Group::new(Alternative::PositionScale { motor, factor }, &SCALES));

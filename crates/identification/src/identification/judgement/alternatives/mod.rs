@@ -264,9 +264,8 @@ fn best(refit: &Refit<'_>, logged: &Experiment) -> Option<Best> {
     let groups = bank(&refit.context, &screen.ranges());
     let count = groups.iter().map(|of| of.constants.len().max(1)).sum::<usize>();
     let finalists = finalists(&mut screen, &groups, &torques)?;
-    let mut fitted: Vec<Fitted> =
+    let fitted: Vec<Fitted> =
         finalists.into_iter().map(|of| of.fit(refit, logged, &torques)).collect();
-    fitted.extend(fitted_directly(&groups, refit, logged, &torques));
     // A lag is a matter of degree. The others are there or not.
     let is_late = |of: &Alternative| matches!(of, Alternative::Late { .. });
     if !fitted.iter().any(|of| !of.explained.is_empty() || is_late(&of.alternative)) {
@@ -302,32 +301,6 @@ fn named<'c>(
     (!is_rivalled).then_some(first)
 }
 
-/// Returns the best of the alternatives that the screening cannot judge, because its rows are not
-/// filtered. They need a residual at every joint.
-fn fitted_directly(
-    groups: &[Group],
-    refit: &Refit<'_>,
-    logged: &Experiment,
-    torques: &DivisorTorques,
-) -> Option<Fitted> {
-    let mut residuals = refit.joints.iter().flatten();
-    if residuals.any(|residual| residual.relative_error < MATTERS) {
-        return None;
-    }
-    let squares = relative_squares(refit);
-    let finalist = |alternative| Finalist {
-        alternative,
-        is_inside: true,
-        squares: [squares.clone(), squares.clone()],
-    };
-    let of_group = |group: &Group| -> Vec<Finalist> {
-        group.constants.iter().map(|of| finalist(group.alternative.with_constant(*of))).collect()
-    };
-    let tried = groups.iter().filter(|of| of.is_fitted_directly()).flat_map(of_group);
-    let fitted = tried.map(|of| of.fit(refit, logged, torques));
-    fitted.max_by(|one, other| sum_of_gains(&one.squares).total_cmp(&sum_of_gains(&other.squares)))
-}
-
 /// Alternative that passed the screening.
 struct Finalist {
     alternative: Alternative,
@@ -344,7 +317,7 @@ fn finalists(
 ) -> Option<Vec<Finalist>> {
     let before = screen.configured()?;
     let mut screened: Vec<Finalist> = Vec::new();
-    for Group { alternative, constants } in groups.iter().filter(|of| !of.is_fitted_directly()) {
+    for Group { alternative, constants } in groups {
         let mut score = |constant: f64| -> Option<(f64, Vec<f64>)> {
             let after = screen.with(&alternative.with_constant(constant))?;
             let after = alternative.by_configured_torque(after);

@@ -28,10 +28,12 @@ pub(super) struct Screen<'s, 'a> {
     /// Columns of the regressor, also those that only another gravity makes identifiable.
     columns: Vec<usize>,
     picked_rows: Vec<usize>,
-    /// q, q̇, q̈ and the rate of q̈ at the picked rows (rows × joints).
-    states: [DMatrix<f64>; 4],
-    /// Torques of all rows (rows × joints).
+    /// The motion at the picked rows (rows × joints).
+    motion: Motion,
+    /// Torques at the picked rows (rows × joints).
     torque: DMatrix<f64>,
+    /// Torques of all rows (rows × motors).
+    motor_torque: DMatrix<f64>,
     /// Rows that follow each other without a gap.
     segments: Vec<Range<usize>>,
     configured: Rows,
@@ -66,40 +68,41 @@ impl<'s, 'a> Screen<'s, 'a> {
     pub(super) fn new(refit: &'s Refit<'a>) -> Option<Self> {
         let Refit { context, motion, torque, .. } = refit;
         let (samples, joints) = (&context.samples, context.robot.joints());
-        let (rows, ends) = (samples.len(), context.experiment.ends());
+        let rows = samples.len();
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a place")]
         let place = |k: usize| ((GOLDEN * k as f64).fract() * rows as f64) as usize;
         let picked_rows: Vec<usize> = (0..if rows > 0 { ROWS } else { 0 }).map(place).collect();
         let at = |value: &dyn Fn(usize, usize) -> f64| {
             DMatrix::from_fn(picked_rows.len(), joints, |k, j| value(samples[picked_rows[k]], j))
         };
-        let rate_hz = context.experiment.sample_rate_hz();
-        let jerk = |sample, joint| jerk(motion, rate_hz, &ends, [sample, joint]);
-        let states = [
+        let motion = Motion::from_matrices(
             at(&|sample, joint| motion.position[(sample, joint)]),
             at(&|sample, joint| motion.velocity(sample, joint)),
             at(&|sample, joint| motion.acceleration(sample, joint)),
-            at(&jerk),
-        ];
+        );
         let find = |name: &String| context.robot.parameters().find(name);
         let hidden = context.base.without_effect().iter().filter_map(find);
         let columns: Vec<usize> =
             context.selection.columns().iter().copied().chain(hidden).collect();
-        let [position, velocity, acceleration, _] = states.clone();
-        let motion = Motion::from_matrices(position, velocity, acceleration);
         let configured = Rows::new(context, &context.model, &columns, &motion)?;
         let factor = context.decimation.factor();
-        let torque = DMatrix::from_column_slice(rows, joints, torque.as_slice());
+        let mut all_torques = DMatrix::from_column_slice(rows, joints, torque.as_slice());
+        let torque = all_torques.select_rows(&picked_rows);
+        let mut motor_torque = DMatrix::zeros(0, 0);
+        change_motor_torques(&mut all_torques, context.robot.transmission(), |motors| {
+            motor_torque = motors.clone();
+        });
         let segments = segments(samples, factor);
-        let powers = configured.powers(&torque.select_rows(&picked_rows));
+        let powers = configured.powers(&torque);
         let weights = powers.iter().map(|power| if *power > 0.0 { 1.0 / power } else { 0.0 });
         let weights = weights.collect();
         Some(Self {
             context,
             columns,
             picked_rows,
-            states,
+            motion,
             torque,
+            motor_torque,
             segments,
             configured,
             weights,
@@ -109,7 +112,7 @@ impl<'s, 'a> Screen<'s, 'a> {
 
     /// Returns the range of each motor at the picked rows \[rad or m\].
     pub(super) fn ranges(&self) -> Vec<f64> {
-        let mut positions = self.states[0].clone();
+        let mut positions = self.motion.position.clone();
         let mut ranges = Vec::new();
         change_motor_positions(&mut positions, self.context.robot.transmission(), |motors| {
             ranges = motors.column_iter().map(|of| of.max() - of.min()).collect();
@@ -120,26 +123,23 @@ impl<'s, 'a> Screen<'s, 'a> {
     /// Returns the squared residual of each joint, relative to its squared torque, with the
     /// configured reading. `None` without a finite solution.
     pub(super) fn configured(&mut self) -> Option<Vec<f64>> {
-        let torque = self.picked(&self.torque);
-        self.configured.relative_squares(&torque, &self.weights)
+        self.configured.relative_squares(&self.torque, &self.weights)
     }
 
     /// Returns the same with another reading. `None` also if the arm cannot reach its positions.
     pub(super) fn with(&mut self, alternative: &Alternative) -> Option<Vec<f64>> {
-        let torque = self.picked(&self.corrected_torque(alternative));
+        let torque = self.corrected_torque(alternative);
         let weights = alternative.weights(&self.weights);
         if let Some(gravity_m_s2) = alternative.gravity_m_s2() {
             let model = self.context.model.clone().with_gravity(gravity_m_s2);
-            let [position, velocity, acceleration, _] = self.states.clone();
-            let motion = Motion::from_matrices(position, velocity, acceleration);
-            let mut rows = Rows::new(self.context, &model, &self.columns, &motion)?;
+            let mut rows = Rows::new(self.context, &model, &self.columns, &self.motion)?;
             return rows.relative_squares(&torque, &weights);
         }
         let Some(of_positions) = alternative.of_positions() else {
             return self.configured.relative_squares(&torque, &weights);
         };
         if self.last_corrected.as_ref().is_none_or(|(last, _)| *last != of_positions) {
-            let motion = self.corrected_states(&of_positions);
+            let motion = self.corrected_motion(&of_positions);
             if !self.is_reachable(&motion.position) {
                 return None;
             }
@@ -157,25 +157,13 @@ impl<'s, 'a> Screen<'s, 'a> {
         limits.all(|(joint, limits)| {
             let own = span(position.column(joint));
             own <= limits.position_max - limits.position_min
-                || own <= span(self.states[0].column(joint))
+                || own <= span(self.motion.position.column(joint))
         })
     }
 
-    fn picked(&self, torque: &DMatrix<f64>) -> DMatrix<f64> {
-        torque.select_rows(&self.picked_rows)
-    }
-
-    fn corrected_states(&self, alternative: &Alternative) -> Motion {
-        let [position, velocity, acceleration, jerk] = &self.states;
-        if let Alternative::Late { time_s, .. } = alternative {
-            return Motion::from_matrices(
-                position + velocity * time_s.value,
-                velocity + acceleration * time_s.value,
-                acceleration + jerk * time_s.value,
-            );
-        }
+    fn corrected_motion(&self, alternative: &Alternative) -> Motion {
         let transmission = self.context.robot.transmission();
-        let mut corrected = [position, velocity, acceleration].map(DMatrix::clone);
+        let mut corrected = self.motion.matrices();
         for of in &mut corrected {
             change_motor_positions(of, transmission, |motors| {
                 alternative.correct_positions(motors);
@@ -185,33 +173,28 @@ impl<'s, 'a> Screen<'s, 'a> {
         Motion::from_matrices(q, dq, ddq)
     }
 
-    /// Returns the corrected torques of all rows. Late positions are compared with torques that are
-    /// equally late.
+    /// Returns the corrected torques at the picked rows. Late positions are compared with torques
+    /// that are equally late.
     fn corrected_torque(&self, alternative: &Alternative) -> DMatrix<f64> {
         let mut torque = self.torque.clone();
         change_motor_torques(&mut torque, self.context.robot.transmission(), |motors| {
             alternative.correct_torques(motors);
             let Alternative::Late { signal, lag, time_s, .. } = alternative else { return };
             let is_position = *signal == Signal::Position;
-            let signal = if is_position { Signal::Position } else { Signal::Torque };
             let rows = time_s.value * self.context.rows_hz();
-            for motor in alternative.late_motors(signal, motors.ncols()) {
-                let column = DVector::from(motors.column(motor));
-                for segment in &self.segments {
-                    let logged = column.rows_range(segment.clone());
-                    let mut to = motors.view_mut((segment.start, motor), (segment.len(), 1));
-                    to.copy_from_slice(&shifted(&logged, *lag, rows, is_position));
+            for motor in alternative.late_motors(*signal, motors.ncols()) {
+                let column = self.motor_torque.column(motor);
+                let of_segment = |segment: &Range<usize>| {
+                    shifted(&column.rows_range(segment.clone()), *lag, rows, is_position)
+                };
+                let late: Vec<f64> = self.segments.iter().flat_map(of_segment).collect();
+                for (to, row) in motors.column_mut(motor).iter_mut().zip(&self.picked_rows) {
+                    *to = late[*row];
                 }
             }
         });
         torque
     }
-}
-
-/// Returns the rate of q̈ at a sample of a joint. `ends` are those of the recordings.
-fn jerk(motion: &Motion, rate_hz: f64, ends: &[usize], [sample, joint]: [usize; 2]) -> f64 {
-    let from = if ends.contains(&(sample + 1)) { sample - 1 } else { sample };
-    (motion.acceleration(from + 1, joint) - motion.acceleration(from, joint)) * rate_hz
 }
 
 /// Returns a signal without a lag of some rows, or with it.
