@@ -65,46 +65,61 @@ impl JointSolution {
         ChiSquared::new(informed.len() as f64).map_or(1.0, |of| of.sf(square))
     }
 
-    /// Removes the priors of nuisance parameters that the data contradict by more than `limit`
-    /// standard deviations of both, the largest contradiction first. The data alone then determine
-    /// these parameters. `configured` marks the nuisance parameters with a configured prior.
+    /// Replaces the priors of configured nuisance parameters by ones with heavy tails
+    /// ([`HeavyTails`]). `configured` marks these nuisance parameters.
     ///
-    /// With the information matrix N, removing the prior of the nuisance parameter k leaves `N − eₖ
-    /// eₖᵀ`. Its inverse is `P + pₖ pₖᵀ/(1 − Pₖₖ)`, with P = N⁻¹ and its column pₖ (Sherman and
-    /// Morrison, 1950). The mean shifts by `pₖ ηₖ/(1 − Pₖₖ)`.
+    /// Without the prior of one parameter, the solution says what the data know about it. Its
+    /// posterior with heavy tails follows in one dimension, over all its modes, and the solution
+    /// takes over its mean and variance (expectation propagation: Minka, *UAI*, 2001). The others
+    /// follow by their correlation. Several wrong values change what the data know about each
+    /// other, so this is repeated until nothing changes.
     #[must_use]
-    pub(crate) fn without_contradicted(&self, configured: &[bool], limit: f64) -> Self {
+    pub(crate) fn with_heavy_tails(&self, configured: &[bool]) -> Self {
         let mut solution = self.clone();
-        let width = solution.parameter_change.len();
-        let mut remaining: Vec<usize> = (0..configured.len()).filter(|k| configured[*k]).collect();
-        loop {
-            let deviations = |k: &usize| {
-                let certainty = 1.0 - solution.covariance[(width + k, width + k)];
-                let variance = solution.colour_factor.powi(2) * (1.0 - certainty) / certainty;
-                let value = solution.nuisance_parameters[*k] / certainty;
-                // If the data contain almost no information, the quotient would consist of rounding
-                // errors.
-                if certainty > RegressionLimits::DEFAULT.min_certainty {
-                    value.abs() / (1.0 + variance).sqrt()
-                } else {
-                    0.0
+        let own = solution.parameter_change.len();
+        let places: Vec<usize> = (0..configured.len()).filter(|k| configured[*k]).collect();
+        // Precision of each prior, and the product with its mean.
+        let mut priors = vec![[1.0, 0.0]; configured.len()];
+        for _ in 0..MOST_SWEEPS {
+            let mut largest_change: f64 = 0.0;
+            for &k in &places {
+                let variance = solution.covariance[(own + k, own + k)];
+                let mean = solution.nuisance_parameters[k];
+                let [prior, weighted_mean] = priors[k];
+                // A difference of nearly equal numbers would consist of rounding errors.
+                let known = 1.0 - variance * prior;
+                if known <= RegressionLimits::DEFAULT.min_certainty {
+                    continue;
                 }
-            };
-            let furthest =
-                remaining.iter().copied().max_by(|a, b| deviations(a).total_cmp(&deviations(b)));
-            let Some(k) = furthest.filter(|k| deviations(k) > limit) else { return solution };
-            remaining.retain(|other| *other != k);
-            let column = solution.covariance.column(width + k).into_owned();
-            let certainty = 1.0 - column[width + k];
-            let further = solution.nuisance_parameters[k] / certainty;
-            solution.parameter_change.axpy(further, &column.rows(0, width), 1.0);
-            solution.nuisance_parameters.axpy(
-                further,
-                &column.rows(width, column.len() - width),
-                1.0,
-            );
-            solution.covariance.ger(1.0 / certainty, &column, &column, 1.0);
+                let information = known / variance;
+                let of_data = (mean / variance - weighted_mean) / information;
+                let data = HeavyTails { mean: of_data, variance: 1.0 / information };
+                let [new_mean, new_variance] = data.posterior(solution.colour_factor);
+                priors[k] = [
+                    1.0 / new_variance - information,
+                    new_mean / new_variance - of_data * information,
+                ];
+                solution.set_moments(k, [new_mean, new_variance]);
+                let change = (new_mean - mean).abs().max(new_variance.sqrt() - variance.sqrt());
+                largest_change = largest_change.max(change / new_variance.sqrt());
+            }
+            if largest_change < SETTLED {
+                break;
+            }
         }
+        solution
+    }
+
+    /// Gives a nuisance parameter another mean and variance; the others follow by their
+    /// correlation with it.
+    fn set_moments(&mut self, nuisance: usize, [mean, variance]: [f64; 2]) {
+        let own = self.parameter_change.len();
+        let before = self.covariance[(own + nuisance, own + nuisance)];
+        let shift = mean - self.nuisance_parameters[nuisance];
+        let slope = self.covariance.column(own + nuisance) / before;
+        self.parameter_change.axpy(shift, &slope.rows(0, own), 1.0);
+        self.nuisance_parameters.axpy(shift, &slope.rows(own, slope.len() - own), 1.0);
+        self.covariance.ger(variance - before, &slope, &slope, 1.0);
     }
 
     /// Returns the possible squared error of a model without the nuisance parameters. X are the
@@ -152,6 +167,57 @@ impl JointSolution {
         mean * (1.0 - 2.0 / (9.0 * degrees_of_freedom)).max(0.0).powi(3)
     }
 }
+
+/// What the data alone know about a nuisance parameter, in units of the tolerance of its configured
+/// value.
+///
+/// The configured value is within its tolerance, or wrong by about ten tolerances, or anything.
+/// Without a tail, a value that is wrong by more than the data know well would be believed.
+struct HeavyTails {
+    mean: f64,
+    variance: f64,
+}
+
+impl HeavyTails {
+    /// Scale \[tolerances\] and weight of each part of the prior. The weights are those of the
+    /// smallest error in units of its uncertainty over factors of 1.03 to 3 of a torque gain
+    /// (`docs/evidence/truth.md`).
+    const PARTS: [[f64; 2]; 3] = [[1.0, 0.5], [10.0, 0.4], [100.0, 0.1]];
+
+    /// Returns the mean and the variance of the posterior. `colour` is the factor by which the
+    /// noise increases the uncertainty of the data relative to white noise: it decides how much the
+    /// data contradict the prior.
+    ///
+    /// Tails count in the proportion in which the data determine the parameter, because a value
+    /// that no data can contradict rests on its tolerance.
+    fn posterior(&self, colour: f64) -> [f64; 2] {
+        let coloured = self.variance * colour * colour;
+        let is_told = 1.0 / (1.0 + coloured);
+        let parts = Self::PARTS.map(|[scale, weight]| {
+            let (prior, all) = (scale * scale, scale * scale + coloured);
+            let weight = if scale > 1.0 { weight * is_told } else { weight };
+            let log_weight = (weight / all.sqrt()).ln() - 0.5 * self.mean * self.mean / all;
+            let share = prior / (prior + self.variance);
+            (log_weight, share * self.mean, share * self.variance)
+        });
+        let largest = parts.iter().map(|part| part.0).fold(f64::NEG_INFINITY, f64::max);
+        let (mut sum, mut first, mut second) = (0.0, 0.0, 0.0);
+        for (log_weight, mean, variance) in parts {
+            let weight = (log_weight - largest).exp();
+            sum += weight;
+            first += weight * mean;
+            second += weight * (variance + mean * mean);
+        }
+        let mean = first / sum;
+        [mean, second / sum - mean * mean]
+    }
+}
+
+/// Largest number of passes over the nuisance parameters with heavy tails.
+const MOST_SWEEPS: usize = 20;
+
+/// Largest change of a mean or a standard deviation in the last pass \[standard deviations\].
+const SETTLED: f64 = 0.01;
 
 /// Products of additional columns C with X and with each other.
 #[derive(Clone, Debug)]
@@ -396,5 +462,98 @@ mod tests {
         // scipy.stats.ncx2.median(3, 3 · 25/4) = 20.767.
         assert!((median(3, 5.0) / (4.0 * 20.767) - 1.0).abs() < 0.02);
         assert!(median(2, 0.0) < median(2, 1.0));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Returns √E[η²] with what the data know, in tolerances.
+    fn size(mean: f64, deviation: f64) -> f64 {
+        let data = HeavyTails { mean, variance: deviation * deviation };
+        let [mean, variance] = data.posterior(1.0);
+        mean.hypot(variance.sqrt())
+    }
+
+    #[test]
+    fn a_larger_error_never_makes_a_value_more_certain() {
+        for deviation in [0.1, 0.5, 1.0, 3.0, 6.0, 30.0] {
+            let sizes: Vec<f64> =
+                (0..400).map(|k| size(0.1 * 1.02_f64.powi(k), deviation)).collect();
+            assert!(sizes.is_sorted(), "data of {deviation} tolerances");
+        }
+    }
+
+    /// The data tell an error of a few of their standard deviations. Those of this test are at most
+    /// six tolerances.
+    #[test]
+    fn an_error_that_the_data_tell_is_within_its_uncertainty() {
+        for deviation in [0.1, 0.5, 1.0, 3.0, 6.0] {
+            for k in 0..300 {
+                let error = 3.2 * deviation * 1.02_f64.powi(k);
+                let ratio = error / size(error, deviation);
+                assert!(ratio < 2.5, "an error of {error}, data of {deviation}: {ratio}");
+            }
+        }
+    }
+
+    /// A normal prior would give 1/√(1 + 1/deviation²).
+    #[test]
+    fn a_right_value_keeps_its_tolerance() {
+        for deviation in [0.1, 0.5, 1.0, 3.0, 6.0, 30.0, 1000.0] {
+            let normal = deviation / (1.0 + deviation * deviation).sqrt();
+            let ratio = size(0.0, deviation) / normal;
+            assert!((1.0..1.2).contains(&ratio), "data of {deviation}: {ratio}");
+        }
+    }
+
+    /// The posterior's moments are those of an integral over the prior's density.
+    #[test]
+    fn the_posterior_is_the_product_of_prior_and_likelihood() {
+        let (of_data, deviation) = (12.0, 3.0);
+        let normal = |x: f64, scale: f64| (-0.5 * (x / scale).powi(2)).exp() / scale;
+        let told = 1.0 / (1.0 + deviation * deviation);
+        let weights = [1.0, told, told];
+        let moments = (-60_000..60_000).fold([0.0; 3], |[sum, first, second], k| {
+            let x = 0.01 * f64::from(k);
+            let parts = HeavyTails::PARTS.iter().zip(weights);
+            let prior: f64 =
+                parts.map(|([scale, weight], told)| weight * told * normal(x, *scale)).sum();
+            let density = prior * normal(x - of_data, deviation);
+            [sum + density, first + density * x, second + density * x * x]
+        });
+        let [sum, first, second] = moments;
+        let expected = [first / sum, second / sum - (first / sum).powi(2)];
+        let data = HeavyTails { mean: of_data, variance: deviation * deviation };
+        let found = data.posterior(1.0);
+        for (found, expected) in found.iter().zip(expected) {
+            assert!((found / expected - 1.0).abs() < 1e-6, "{found} and {expected}");
+        }
+    }
+
+    /// Two parameters, one of them wrong by 30 tolerances; the data know their sum and each of
+    /// them.
+    #[test]
+    fn one_wrong_value_leaves_the_other_at_its_tolerance() {
+        let information = DMatrix::from_row_slice(2, 2, &[2.0, 1.0, 1.0, 2.0]);
+        let of_data = DVector::from_vec(vec![30.0, 0.0]);
+        let normal = &information + DMatrix::identity(2, 2);
+        let covariance = normal.try_inverse().unwrap();
+        let joint = JointSolution {
+            parameter_change: DVector::zeros(0),
+            nuisance_parameters: &covariance * (&information * of_data),
+            covariance,
+            noise: DMatrix::zeros(0, 0),
+            colour_factor: 1.0,
+        };
+        let tailed = joint.with_heavy_tails(&[true, true]);
+        let [wrong, right] = [0, 1].map(|k| tailed.nuisance_parameters[k]);
+        assert!((28.0..31.0).contains(&wrong), "{wrong}");
+        assert!(right.abs() < 1.0, "{right}");
+        assert!(tailed.covariance[(1, 1)] < 1.0);
+        assert!(tailed.covariance.clone().cholesky().is_some());
+        let unchanged = joint.with_heavy_tails(&[false, false]);
+        assert_eq!(unchanged.nuisance_parameters, joint.nuisance_parameters);
     }
 }

@@ -12,8 +12,8 @@
 //! if that is larger. If another reading of the signals fits decisively better, the change of the
 //! value is added.
 //!
-//! If the data contradict the configured value of a nuisance parameter, its μ and P come from the
-//! data alone.
+//! The prior of a configured value has heavy tails, so that μ and P of a value that the data
+//! contradict come from the data.
 //!
 //! The reported value stays that of the method. An estimate together with the nuisance parameters
 //! would be more uncertain, and biased by the part of the torque that they absorb.
@@ -26,7 +26,7 @@ use super::model_uncertainty::ModelUncertainty;
 use super::nuisance_parameters::{
     NuisanceColumns, NuisanceEstimate, NuisanceObservation, Observed,
 };
-use crate::identification::problem::{IdentificationError, Tolerances};
+use crate::identification::problem::IdentificationError;
 use crate::regression::{FurtherColumns as _, JointSolution};
 
 /// Smallest residual of a joint, as a share of its torque, for a rigid model with the usual
@@ -88,12 +88,9 @@ impl Uncertainty {
         drop(residuals);
         let by_alternative = |k: usize| alternative.map_or(0.0, |change| change[k].powi(2));
         let combined_by = |solution: &JointSolution| {
-            // If the data contradict a configured value, it does not limit the error of the
-            // estimate.
-            let unstated = solution
-                .without_contradicted(&columns.has_prior(), Tolerances::CONTRADICTION_DEVIATIONS);
-            let after = unstated.covariance.view((own, own), (all - own, all - own));
-            let mean_shift = sensitivity * &unstated.nuisance_parameters;
+            let tailed = solution.with_heavy_tails(&columns.has_prior());
+            let after = tailed.covariance.view((own, own), (all - own, all - own));
+            let mean_shift = sensitivity * &tailed.nuisance_parameters;
             let spread: DMatrix<f64> = sensitivity * after;
             DVector::from_fn(own, |k, _| {
                 let posterior = spread.row(k).dot(&sensitivity.row(k));
