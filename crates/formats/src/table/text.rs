@@ -10,7 +10,9 @@ use super::lines::{LONGEST_LINE, LimitedLines};
 use super::list::elements;
 use super::place::RowPlace;
 use super::source::{Source, TableValues};
-use super::text_layout::{INSPECTED_RECORDS, TextLayout, is_comment, reader_builder};
+use super::text_layout::{
+    INSPECTED_RECORDS, TextLayout, is_comment, reader_builder, with_decimal_point,
+};
 use super::time::{ExactTime, FirstTime, digit_resolution, names_its_clock, seconds_text};
 use crate::capacity::Capacity;
 
@@ -96,16 +98,16 @@ impl TextTable {
 
     /// Parses a field.
     fn number(&self, column: Column, text: &str, first: &mut FirstTime) -> Option<f64> {
-        let point = text.contains(',').then(|| text.replace(',', "."));
-        let number = point.as_deref().unwrap_or(text);
-        if number.is_empty() || number.parse().is_ok_and(f64::is_nan) {
+        let number = &*with_decimal_point(text);
+        let value = number.parse().ok();
+        if number.is_empty() || value.is_some_and(f64::is_nan) {
             return Some(f64::NAN);
         }
         let value = match column {
             Column::Time => ExactTime::of_number(seconds_text(number).unwrap_or(number))
                 .map(|time| first.seconds_after(time)),
             Column::Date => ExactTime::of_date(number).map(|time| first.seconds_after(time)),
-            _ => number.parse().ok(),
+            _ => value,
         };
         value.filter(|value| value.is_finite())
     }

@@ -1,6 +1,8 @@
 //! Layout of a text table, from its first lines: the separator, the lines before the rows, and the
 //! columns.
 
+use std::borrow::Cow;
+
 use super::list::elements;
 
 /// Most records that are inspected.
@@ -246,5 +248,13 @@ fn is_numeric(field: &str) -> bool {
 }
 
 fn is_number(text: &str) -> bool {
-    text.replace(',', ".").parse::<f64>().is_ok()
+    with_decimal_point(text).parse::<f64>().is_ok()
+}
+
+/// Returns a number with a decimal point in place of a decimal comma.
+pub(super) fn with_decimal_point(number: &str) -> Cow<'_, str> {
+    match number.contains(',') {
+        true => Cow::Owned(number.replace(',', ".")),
+        false => Cow::Borrowed(number),
+    }
 }

@@ -45,6 +45,14 @@ impl<'a> ResidualAnalysis<'a> {
         &self.spectrum
     }
 
+    /// Returns the number of independent rows of each joint for the residuals of another solution
+    /// of the same columns. The share of the residual power that the fit removes is taken from this
+    /// solution.
+    pub(crate) fn effective_rows_of(&self, other: &Observations, solution: &Solution) -> Vec<f64> {
+        ResidualSpectrum::fit(other, &self.leverage, &solution.residuals, self.filter)
+            .effective_rows_per_joint()
+    }
+
     /// Returns the rows that are zero on both sides.
     pub fn rows_without_equation(&self) -> Vec<usize> {
         let (matrix, measured) = (self.system.matrix(), self.system.measurements());

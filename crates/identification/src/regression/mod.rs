@@ -20,6 +20,7 @@ mod exclusion;
 mod extension;
 mod fourier;
 mod further;
+mod heavy_tails;
 mod limits;
 mod ljung_box;
 mod observation_matrix;

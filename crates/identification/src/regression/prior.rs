@@ -6,6 +6,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF as _};
 use super::analysis::ResidualAnalysis;
 use super::error::RegressionError;
 use super::further::{FurtherColumns, expand_columns, gram_of_joint};
+use super::heavy_tails::HeavyTails;
 use super::limits::RegressionLimits;
 use super::products::{matrix_product, symmetric_product};
 use super::spectra::Spectra;
@@ -165,51 +166,6 @@ impl JointSolution {
         }
         let degrees_of_freedom = 2.0 * mean * mean / variance;
         mean * (1.0 - 2.0 / (9.0 * degrees_of_freedom)).max(0.0).powi(3)
-    }
-}
-
-/// What the data alone know about a nuisance parameter, in units of the tolerance of its configured
-/// value.
-///
-/// The configured value is within its tolerance, or wrong by about ten tolerances, or anything.
-/// Without a tail, a value that is wrong by more than the data know well would be believed.
-struct HeavyTails {
-    mean: f64,
-    variance: f64,
-}
-
-impl HeavyTails {
-    /// Scale \[tolerances\] and weight of each part of the prior. The weights are those of the
-    /// smallest error in units of its uncertainty over factors of 1.03 to 3 of a torque gain
-    /// (`docs/evidence/truth.md`).
-    const PARTS: [[f64; 2]; 3] = [[1.0, 0.5], [10.0, 0.4], [100.0, 0.1]];
-
-    /// Returns the mean and the variance of the posterior. `colour` is the factor by which the
-    /// noise increases the uncertainty of the data relative to white noise: it decides how much the
-    /// data contradict the prior.
-    ///
-    /// Tails count in the proportion in which the data determine the parameter, because a value
-    /// that no data can contradict rests on its tolerance.
-    fn posterior(&self, colour: f64) -> [f64; 2] {
-        let coloured = self.variance * colour * colour;
-        let is_told = 1.0 / (1.0 + coloured);
-        let parts = Self::PARTS.map(|[scale, weight]| {
-            let (prior, all) = (scale * scale, scale * scale + coloured);
-            let weight = if scale > 1.0 { weight * is_told } else { weight };
-            let log_weight = (weight / all.sqrt()).ln() - 0.5 * self.mean * self.mean / all;
-            let share = prior / (prior + self.variance);
-            (log_weight, share * self.mean, share * self.variance)
-        });
-        let largest = parts.iter().map(|part| part.0).fold(f64::NEG_INFINITY, f64::max);
-        let (mut sum, mut first, mut second) = (0.0, 0.0, 0.0);
-        for (log_weight, mean, variance) in parts {
-            let weight = (log_weight - largest).exp();
-            sum += weight;
-            first += weight * mean;
-            second += weight * (variance + mean * mean);
-        }
-        let mean = first / sum;
-        [mean, second / sum - mean * mean]
     }
 }
 
@@ -410,128 +366,6 @@ fn median_ratio(one: &DMatrix<f64>, other: &DMatrix<f64>) -> f64 {
 mod tests {
     use super::*;
 
-    /// One parameter and two nuisance parameters. For the first, the data give 40 prior deviations
-    /// and remove a tenth of its variance. They do not contradict the second. The prior of the
-    /// first is removed from all results.
-    #[test]
-    fn what_contradicts_is_known_by_the_data_alone() {
-        let information =
-            DMatrix::from_row_slice(3, 3, &[4.0, 0.2, 0.1, 0.2, 0.15, 0.05, 0.1, 0.05, 0.2]);
-        let right = DVector::from_vec(vec![1.0, 4.0, 0.3]);
-        let solved = |prior: [f64; 3]| {
-            let total = &information + DMatrix::from_diagonal(&DVector::from_vec(prior.to_vec()));
-            let covariance = total.try_inverse().unwrap();
-            let mean = &covariance * &right;
-            JointSolution {
-                parameter_change: mean.rows(0, 1).into_owned(),
-                nuisance_parameters: mean.rows(1, 2).into_owned(),
-                covariance,
-                noise: DMatrix::zeros(0, 0),
-                colour_factor: 1.0,
-            }
-        };
-        let (before, alone) = (solved([0.0, 1.0, 1.0]), solved([0.0, 0.0, 1.0]));
-        let reduced = before.without_contradicted(&[true, true], 3.0);
-        assert!((reduced.covariance - &alone.covariance).amax() < 1e-12);
-        assert!((reduced.nuisance_parameters - &alone.nuisance_parameters).amax() < 1e-12);
-        assert!((reduced.parameter_change - &alone.parameter_change).amax() < 1e-12);
-        for same in [
-            before.without_contradicted(&[false, true], 3.0),
-            before.without_contradicted(&[true, true], 30.0),
-        ] {
-            assert_eq!(same.nuisance_parameters, before.nuisance_parameters);
-        }
-    }
-
-    /// Chi-squared variable of one degree of freedom, and of many.
-    #[test]
-    fn few_open_combinations_have_a_median_below_the_mean() {
-        let solution = |size: usize, off: f64| JointSolution {
-            parameter_change: DVector::from_element(size, off),
-            nuisance_parameters: DVector::zeros(0),
-            covariance: DMatrix::identity(size, size) * 4.0,
-            noise: DMatrix::zeros(0, 0),
-            colour_factor: 1.0,
-        };
-        let median = |size: usize, off: f64| {
-            solution(size, off).median_squared_error(&DMatrix::identity(size, size))
-        };
-        // scipy.stats.chi2.median(1) = 0.45494, of 100: 99.3341.
-        assert!((median(1, 0.0) / (4.0 * 0.45494) - 1.0).abs() < 0.04);
-        assert!((median(100, 0.0) / (4.0 * 99.3341) - 1.0).abs() < 1e-4);
-        // scipy.stats.ncx2.median(3, 3 · 25/4) = 20.767.
-        assert!((median(3, 5.0) / (4.0 * 20.767) - 1.0).abs() < 0.02);
-        assert!(median(2, 0.0) < median(2, 1.0));
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Returns √E[η²] with what the data know, in tolerances.
-    fn size(mean: f64, deviation: f64) -> f64 {
-        let data = HeavyTails { mean, variance: deviation * deviation };
-        let [mean, variance] = data.posterior(1.0);
-        mean.hypot(variance.sqrt())
-    }
-
-    #[test]
-    fn a_larger_error_never_makes_a_value_more_certain() {
-        for deviation in [0.1, 0.5, 1.0, 3.0, 6.0, 30.0] {
-            let sizes: Vec<f64> =
-                (0..400).map(|k| size(0.1 * 1.02_f64.powi(k), deviation)).collect();
-            assert!(sizes.is_sorted(), "data of {deviation} tolerances");
-        }
-    }
-
-    /// The data tell an error of a few of their standard deviations. Those of this test are at most
-    /// six tolerances.
-    #[test]
-    fn an_error_that_the_data_tell_is_within_its_uncertainty() {
-        for deviation in [0.1, 0.5, 1.0, 3.0, 6.0] {
-            for k in 0..300 {
-                let error = 3.2 * deviation * 1.02_f64.powi(k);
-                let ratio = error / size(error, deviation);
-                assert!(ratio < 2.5, "an error of {error}, data of {deviation}: {ratio}");
-            }
-        }
-    }
-
-    /// A normal prior would give 1/√(1 + 1/deviation²).
-    #[test]
-    fn a_right_value_keeps_its_tolerance() {
-        for deviation in [0.1, 0.5, 1.0, 3.0, 6.0, 30.0, 1000.0] {
-            let normal = deviation / (1.0 + deviation * deviation).sqrt();
-            let ratio = size(0.0, deviation) / normal;
-            assert!((1.0..1.2).contains(&ratio), "data of {deviation}: {ratio}");
-        }
-    }
-
-    /// The posterior's moments are those of an integral over the prior's density.
-    #[test]
-    fn the_posterior_is_the_product_of_prior_and_likelihood() {
-        let (of_data, deviation) = (12.0, 3.0);
-        let normal = |x: f64, scale: f64| (-0.5 * (x / scale).powi(2)).exp() / scale;
-        let told = 1.0 / (1.0 + deviation * deviation);
-        let weights = [1.0, told, told];
-        let moments = (-60_000..60_000).fold([0.0; 3], |[sum, first, second], k| {
-            let x = 0.01 * f64::from(k);
-            let parts = HeavyTails::PARTS.iter().zip(weights);
-            let prior: f64 =
-                parts.map(|([scale, weight], told)| weight * told * normal(x, *scale)).sum();
-            let density = prior * normal(x - of_data, deviation);
-            [sum + density, first + density * x, second + density * x * x]
-        });
-        let [sum, first, second] = moments;
-        let expected = [first / sum, second / sum - (first / sum).powi(2)];
-        let data = HeavyTails { mean: of_data, variance: deviation * deviation };
-        let found = data.posterior(1.0);
-        for (found, expected) in found.iter().zip(expected) {
-            assert!((found / expected - 1.0).abs() < 1e-6, "{found} and {expected}");
-        }
-    }
-
     /// Two parameters, one of them wrong by 30 tolerances; the data know their sum and each of
     /// them.
     #[test]
@@ -555,5 +389,26 @@ mod tests {
         assert!(tailed.covariance.clone().cholesky().is_some());
         let unchanged = joint.with_heavy_tails(&[false, false]);
         assert_eq!(unchanged.nuisance_parameters, joint.nuisance_parameters);
+    }
+
+    /// Chi-squared variable of one degree of freedom, and of many.
+    #[test]
+    fn few_open_combinations_have_a_median_below_the_mean() {
+        let solution = |size: usize, off: f64| JointSolution {
+            parameter_change: DVector::from_element(size, off),
+            nuisance_parameters: DVector::zeros(0),
+            covariance: DMatrix::identity(size, size) * 4.0,
+            noise: DMatrix::zeros(0, 0),
+            colour_factor: 1.0,
+        };
+        let median = |size: usize, off: f64| {
+            solution(size, off).median_squared_error(&DMatrix::identity(size, size))
+        };
+        // scipy.stats.chi2.median(1) = 0.45494, of 100: 99.3341.
+        assert!((median(1, 0.0) / (4.0 * 0.45494) - 1.0).abs() < 0.04);
+        assert!((median(100, 0.0) / (4.0 * 99.3341) - 1.0).abs() < 1e-4);
+        // scipy.stats.ncx2.median(3, 3 · 25/4) = 20.767.
+        assert!((median(3, 5.0) / (4.0 * 20.767) - 1.0).abs() < 0.02);
+        assert!(median(2, 0.0) < median(2, 1.0));
     }
 }

@@ -100,7 +100,7 @@ pub(super) fn bank(context: &Context<'_>, ranges: &[f64]) -> Vec<Group> {
 }
 
 /// Returns the lags that are tried \[s\].
-fn lag_times(context: &Context<'_>) -> Vec<f64> {
+pub(super) fn lag_times(context: &Context<'_>) -> Vec<f64> {
     let shortest_s = SHORTEST_LAG / context.rows_hz();
     let longer = |before: &f64| Some(before * LAG_STEP);
     let shorter = core::iter::successors(Some(shortest_s), longer);

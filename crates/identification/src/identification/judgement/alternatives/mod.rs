@@ -23,11 +23,11 @@ pub use alternative::{Alternative, Chosen, Lag, Signal};
 
 use nalgebra::DVector;
 
-use self::bank::{Group, bank};
+use self::bank::{Group, bank, lag_times};
 use self::refit::{INSPECTED, JointResidual, Refit, Solved};
 use self::screen::Screen;
 use crate::identification::problem::{Context, Experiment, IdentificationError};
-use crate::regression::RowFilter;
+use crate::regression::{ResidualAnalysis, RowFilter};
 use didim_dynamics::dynamics::{BaseParameters, Model};
 use didim_dynamics::robot::{JointIndex, MotorIndex};
 
@@ -145,20 +145,26 @@ impl Reading {
 
 /// Adds the best alternative, and those that are found with it applied.
 fn explain(refit: &Refit<'_>, logged: &Experiment, found: &mut FoundAlternatives) {
-    let Some(Best { alternative, is_named }) = best(refit, logged) else { return };
+    let is_first = found.alternatives.is_empty();
+    let is_comparable = is_first || found.parameter_change.is_some();
+    let alternative = match best(refit, logged) {
+        None => return,
+        Some(Best::Unnamed(parameters)) => {
+            found.parameter_change = parameters.filter(|_| is_comparable);
+            return;
+        }
+        Some(Best::Named(alternative)) => alternative,
+    };
     let reading = Reading::new(&alternative, &refit.context, logged);
     let is_same_model = alternative.gravity_m_s2().is_none();
-    let is_first = found.alternatives.is_empty();
-    if is_named {
-        found.alternatives.push(alternative);
-    }
+    found.alternatives.push(alternative);
     let Ok(better) = reading.refit(&refit.context) else {
         found.parameter_change = None;
         return;
     };
-    let is_comparable = is_same_model && (is_first || found.parameter_change.is_some());
-    found.parameter_change = is_comparable.then(|| better.solved.parameters().clone());
-    if is_named && found.alternatives.len() < MOST_AT_ONCE {
+    let parameters = || better.solved.parameters().clone();
+    found.parameter_change = (is_same_model && is_comparable).then(parameters);
+    if found.alternatives.len() < MOST_AT_ONCE {
         explain(&better, &reading.signals, found);
     }
 }
@@ -245,10 +251,12 @@ impl Candidate {
 }
 
 /// Alternative that fits decisively better than the configured reading.
-struct Best {
-    alternative: Alternative,
-    /// True if it matters, and fits decisively better than every unrelated alternative.
-    is_named: bool,
+enum Best {
+    /// It matters, and fits decisively better than every unrelated alternative.
+    Named(Alternative),
+    /// It matters too little, or another one explains nearly as much. Its parameters, if it can be
+    /// fitted.
+    Unnamed(Option<DVector<f64>>),
 }
 
 /// Returns the best alternative, if it fits decisively better than the configured reading.
@@ -264,24 +272,26 @@ fn best(refit: &Refit<'_>, logged: &Experiment) -> Option<Best> {
     let groups = bank(&refit.context, &screen.ranges());
     let count = groups.iter().map(|of| of.constants.len().max(1)).sum::<usize>();
     let finalists = finalists(&mut screen, &groups, &torques)?;
-    let fitted: Vec<Fitted> =
+    let mut fitted: Vec<Fitted> =
         finalists.into_iter().map(|of| of.fit(refit, logged, &torques)).collect();
+    fitted.extend(low_pass_of_all_signals(refit, logged, &torques));
     // A lag is a matter of degree. The others are there or not.
     let is_late = |of: &Alternative| matches!(of, Alternative::Late { .. });
     if !fitted.iter().any(|of| !of.explained.is_empty() || is_late(&of.alternative)) {
         return None;
     }
     let filter = refit.context.row_filter();
-    let judged = fitted.into_iter().filter_map(|of| of.judge(refit, &filter, count));
+    let analysis = refit.solved.analysis(&filter);
+    let judged = fitted.into_iter().filter_map(|of| of.judge(&analysis, count));
     let mut candidates: Vec<Candidate> = judged.collect();
     candidates.sort_by(|one, other| other.evidence.total_cmp(&one.evidence));
     let named = named(&candidates, refit, &filter).and_then(|of| of.estimated(refit, logged));
     if let Some(alternative) = named {
-        return Some(Best { alternative, is_named: true });
+        return Some(Best::Named(alternative));
     }
     let first = candidates.first().filter(|of| of.evidence > DECISIVE)?;
-    is_late(&first.alternative)
-        .then(|| Best { alternative: first.alternative.clone(), is_named: false })
+    let parameters = || first.solved.as_ref().map(|of| of.parameters().clone());
+    is_late(&first.alternative).then(|| Best::Unnamed(parameters()))
 }
 
 /// Returns the alternative that matters and fits decisively better than the configured reading and
@@ -299,6 +309,37 @@ fn named<'c>(
     let is_rivalled = others
         .any(|of| of.evidence_of(&first.explained) > nearest && of.is_possible(refit, filter));
     (!is_rivalled).then_some(first)
+}
+
+/// Returns the best low-pass of all signals. The screening cannot judge it, because its rows are not
+/// filtered: it is fitted with longer and longer time constants, as long as the fit improves. It
+/// needs a residual at every joint.
+fn low_pass_of_all_signals(
+    refit: &Refit<'_>,
+    logged: &Experiment,
+    torques: &DivisorTorques,
+) -> Option<Fitted> {
+    let mut residuals = refit.joints.iter().flatten();
+    if residuals.any(|residual| residual.relative_error < MATTERS) {
+        return None;
+    }
+    let squares = relative_squares(refit);
+    let fitted = |value| {
+        let time_s = Chosen { value, standard_deviation: 0.0 };
+        let (motor, signal, lag) = (None, Signal::Both, Lag::LowPass);
+        let alternative = Alternative::Late { motor, signal, lag, time_s };
+        let squares = [squares.clone(), squares.clone()];
+        Finalist { alternative, is_inside: true, squares }.fit(refit, logged, torques)
+    };
+    let mut best: Option<(f64, Fitted)> = None;
+    for next in lag_times(&refit.context).into_iter().map(fitted) {
+        let gain = sum_of_gains(&next.squares);
+        if gain <= best.as_ref().map_or(0.0, |of| of.0) {
+            break;
+        }
+        best = Some((gain, next));
+    }
+    best.map(|of| of.1)
 }
 
 /// Alternative that passed the screening.
@@ -410,10 +451,10 @@ struct Fitted {
 
 impl Fitted {
     /// Compares the alternative with the configured reading.
-    fn judge(self, refit: &Refit<'_>, filter: &RowFilter, count: usize) -> Option<Candidate> {
+    fn judge(self, configured: &ResidualAnalysis<'_>, count: usize) -> Option<Candidate> {
         let rows = match &self.solved {
-            Some(solved) => self.alternative.by_configured_torque(solved.effective_rows(filter)),
-            None => refit.solved.effective_rows(filter),
+            Some(of) => self.alternative.by_configured_torque(of.effective_rows(configured)),
+            None => configured.spectrum().effective_rows_per_joint(),
         };
         let [before, after] = &self.squares;
         let likelihood_gain = likelihood_gain([before, after], &rows);

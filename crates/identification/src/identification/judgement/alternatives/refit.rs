@@ -60,7 +60,7 @@ impl Solved {
         if motors.is_empty() {
             return Vec::new();
         }
-        let analysis = ResidualAnalysis::new(&self.equation, &self.solution, filter);
+        let analysis = self.analysis(filter);
         let deviations = context.options.limits.negative_deviations;
         let (values, variances) = (self.parameters(), analysis.covariance().diagonal());
         let regrouped = context.selection.regrouped();
@@ -77,11 +77,15 @@ impl Solved {
         places.filter(is_negative).filter(is_friction).collect()
     }
 
+    /// Returns the analysis of the residuals. `filter` is that of the rows.
+    pub(super) fn analysis<'s>(&'s self, filter: &'s RowFilter) -> ResidualAnalysis<'s> {
+        ResidualAnalysis::new(&self.equation, &self.solution, filter)
+    }
+
     /// Returns the number of independent rows of each joint, by the autocorrelation of its
-    /// residual. `filter` is that of the rows.
-    pub(super) fn effective_rows(&self, filter: &RowFilter) -> Vec<f64> {
-        let analysis = ResidualAnalysis::new(&self.equation, &self.solution, filter);
-        analysis.spectrum().effective_rows_per_joint()
+    /// residual. `configured` is the analysis of the configured reading.
+    pub(super) fn effective_rows(&self, configured: &ResidualAnalysis<'_>) -> Vec<f64> {
+        configured.effective_rows_of(&self.equation, &self.solution)
     }
 }
 

@@ -1,6 +1,6 @@
 //! Residuals of alternative readings at some rows, at a small fraction of the cost of a fit.
 
-use nalgebra::{Cholesky, DMatrix, DVector, DVectorView, Dyn};
+use nalgebra::{Cholesky, DMatrix, DMatrixView, DVector, DVectorView, Dyn};
 
 use super::alternative::{Alternative, Lag, Signal};
 use super::refit::Refit;
@@ -45,14 +45,25 @@ pub(super) struct Screen<'s, 'a> {
 
 /// Regressor at the picked rows.
 struct Rows {
-    regressor: DMatrix<f64>,
+    joints: Vec<JointRows>,
+    /// Number of columns.
+    width: usize,
     known_torque: Option<DVector<f64>>,
-    /// YᵀY of each joint.
-    squares: Vec<DMatrix<f64>>,
-    /// The last torque of each joint, with its product with the regressor.
-    last_products: Vec<(DVector<f64>, DVector<f64>)>,
     /// The last weights of the joints, with their normal equations.
     last_normal: Option<(Vec<f64>, Normal)>,
+}
+
+/// Rows of one joint.
+struct JointRows {
+    /// Columns that act on the joint.
+    columns: Vec<usize>,
+    /// These columns, Y.
+    regressor: DMatrix<f64>,
+    /// YᵀY.
+    square: DMatrix<f64>,
+    /// The last torque of the joint, and its product with the regressor.
+    torque: DVector<f64>,
+    product: DVector<f64>,
 }
 
 /// Normal equations.
@@ -246,11 +257,9 @@ impl Rows {
         let regressor = regressor_rows(model, columns, states).ok()?;
         let known_torque = known_at(context, states).ok()?;
         let (rows, joints) = states.position.shape();
-        let of_joint = |joint: usize| regressor.rows(joint * rows, rows).into_owned();
-        let squares = (0..joints).map(of_joint).map(|own| symmetric_product(&own, &own)).collect();
-        let none = || (DVector::zeros(0), DVector::zeros(0));
-        let last_products = core::iter::repeat_with(none).take(joints).collect();
-        Some(Self { regressor, known_torque, squares, last_products, last_normal: None })
+        let of_joint = |joint: usize| JointRows::new(regressor.rows(joint * rows, rows));
+        let joints = (0..joints).map(of_joint).collect();
+        Some(Self { joints, width: columns.len(), known_torque, last_normal: None })
     }
 
     /// Returns the squared torque of each joint that the model has to explain.
@@ -272,45 +281,67 @@ impl Rows {
     /// Returns the squared residual of each joint, relative to its squared torque, after a least
     /// squares fit with these weights of the joints. 0 for a joint without torque.
     fn relative_squares(&mut self, torque: &DMatrix<f64>, weights: &[f64]) -> Option<Vec<f64>> {
-        let (rows, joints) = torque.shape();
         let torque = self.explained(torque);
-        let mut right = DVector::zeros(self.regressor.ncols());
-        for (joint, (last, product)) in self.last_products.iter_mut().enumerate() {
-            // Most alternatives change the torque of one joint.
-            if *last != torque.column(joint) {
-                *last = torque.column(joint).into_owned();
-                *product = self.regressor.rows(joint * rows, rows).tr_mul(last);
+        let mut right = DVector::zeros(self.width);
+        for (joint, of) in self.joints.iter_mut().enumerate() {
+            of.set_torque(torque.column(joint));
+            for (column, product) in of.columns.iter().zip(&of.product) {
+                right[*column] += weights[joint] * product;
             }
-            right.axpy(weights[joint], product, 1.0);
         }
         let solution = self.normal(weights)?.solve(right);
-        let products = &self.last_products;
-        let square = |joint: usize| {
-            let power = torque.column(joint).norm_squared();
-            let own = &self.squares[joint] * &solution;
-            let residual = power - 2.0 * products[joint].1.dot(&solution) + own.dot(&solution);
-            if power > 0.0 { residual.max(0.0) / power } else { 0.0 }
-        };
-        let squares: Vec<f64> = (0..joints).map(square).collect();
+        let squares: Vec<f64> =
+            self.joints.iter().map(|of| of.relative_square(&solution)).collect();
         squares.iter().all(|value| value.is_finite()).then_some(squares)
     }
 
     /// Returns the normal equations with these weights of the joints.
     fn normal(&mut self, weights: &[f64]) -> Option<&Normal> {
         if self.last_normal.as_ref().is_none_or(|(last, _)| last != weights) {
-            let normal = Normal::new(&self.squares, weights)?;
+            let normal = Normal::new(&self.joints, self.width, weights)?;
             self.last_normal = Some((weights.to_vec(), normal));
         }
         self.last_normal.as_ref().map(|(_, normal)| normal)
     }
 }
 
+impl JointRows {
+    fn new(rows: DMatrixView<'_, f64>) -> Self {
+        let acts = |k: &usize| rows.column(*k).iter().any(|value| *value != 0.0);
+        let columns: Vec<usize> = (0..rows.ncols()).filter(acts).collect();
+        let regressor = rows.select_columns(&columns);
+        let square = symmetric_product(&regressor, &regressor);
+        let product = DVector::zeros(columns.len());
+        Self { columns, regressor, square, torque: DVector::zeros(0), product }
+    }
+
+    /// Most alternatives change the torque of one joint.
+    fn set_torque(&mut self, torque: DVectorView<'_, f64>) {
+        if self.torque != torque {
+            self.product = self.regressor.tr_mul(&torque);
+            self.torque = torque.into_owned();
+        }
+    }
+
+    /// Returns the squared residual with a solution, relative to the squared torque.
+    fn relative_square(&self, solution: &DVector<f64>) -> f64 {
+        let power = self.torque.norm_squared();
+        let own = solution.select_rows(&self.columns);
+        let residual = power - 2.0 * self.product.dot(&own) + own.dot(&(&self.square * &own));
+        if power > 0.0 { residual.max(0.0) / power } else { 0.0 }
+    }
+}
+
 impl Normal {
-    fn new(squares: &[DMatrix<f64>], weights: &[f64]) -> Option<Self> {
-        let width = squares.first()?.ncols();
+    fn new(joints: &[JointRows], width: usize, weights: &[f64]) -> Option<Self> {
         let mut normal = DMatrix::zeros(width, width);
-        for (square, weight) in squares.iter().zip(weights).filter(|(_, weight)| **weight > 0.0) {
-            normal += square * *weight;
+        for (of, weight) in joints.iter().zip(weights).filter(|(_, weight)| **weight > 0.0) {
+            for (column, square) in of.columns.iter().zip(of.square.column_iter()) {
+                let mut to = normal.column_mut(*column);
+                for (row, value) in of.columns.iter().zip(square.iter()) {
+                    to[*row] += weight * value;
+                }
+            }
         }
         let lengths = normal.diagonal().map(f64::sqrt);
         let shortest = SHORTEST * lengths.max();
