@@ -1,12 +1,13 @@
 //! The service: from frames on a drive bus to identified parameters.
 //!
-//! The table lists the modules and the dependencies that `tests/arrows` permits.
+//! The table lists the modules and the dependencies that `tests/arrows` permits. Without Linux,
+//! there is no service: `check`, `service` and most of [`live`] are left out.
 //!
 //! | module | content | uses |
 //! |---|---|---|
 //! | [`proposal`] | a cell file from an arm and its data | `cell`, `live`, `text` |
-//! | [`check`] | problems before the start: of a cell by itself, and of this machine | all below |
-//! | [`service`] | the running service: its parts, supervision, status, metrics | all below |
+//! | `check` | problems before the start: of a cell by itself, and of this machine | all below |
+//! | `service` | the running service: its parts, supervision, status, metrics | all below |
 //! | [`report`] | results for people: terminal, HTML, figures | all below |
 //! | [`analysis`] | screening, identification, prediction, payload, gains, export | all below |
 //! | [`cell`] | a cell file, validated | all below |
@@ -17,6 +18,11 @@
 //! | [`window`] | the samples that one result comes from | – |
 //! | [`text`] | numbers and tables in plain text | – |
 
+#![cfg_attr(
+    not(target_os = "linux"),
+    allow(dead_code, unused_imports, reason = "the service alone uses it")
+)]
+
 // For code that tests share with other packages.
 #[cfg(test)]
 extern crate self as didim;
@@ -24,11 +30,13 @@ extern crate self as didim;
 pub mod analysis;
 pub mod archive;
 pub mod cell;
+#[cfg(target_os = "linux")]
 pub mod check;
 pub mod files;
 pub mod live;
 pub mod proposal;
 pub mod report;
+#[cfg(target_os = "linux")]
 pub mod service;
 pub mod signals;
 pub mod text;

@@ -9,9 +9,9 @@ use crate::common::bus::{assembler, frames, interface};
 use crate::common::{Network, eventually};
 use didim::cell::Cell;
 use didim::live::acquire::{
-    AcquireEnd, AcquireOptions, Acquisition, BusState, FrameLatency, FrameTime, RealTimeOptions,
-    SharedAcquisition,
+    AcquireEnd, AcquireOptions, Acquisition, BusState, FrameLatency, FrameTime, SharedAcquisition,
 };
+use didim::live::real_time_options::RealTimeOptions;
 use didim::live::recording::frame_queue;
 use didim::live::stream::{BatchKind, Pace, SampleReader, StreamNode};
 use didim::service::status::{Collector, Health};

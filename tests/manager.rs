@@ -9,12 +9,12 @@ use crate::common::bus::{assembler, frames, interface};
 use crate::common::manager::{Manager, terminate};
 use crate::common::{Network, Process};
 use didim::archive::ResultOptions;
-use didim::live::acquire::{AcquireOptions, RealTimeOptions};
+use didim::live::acquire::AcquireOptions;
+use didim::live::real_time_options::RealTimeOptions;
 use didim::live::recording::WriteBudget;
 use didim::live::stream::Pace;
-use didim::live::worker::{
-    IdentifiedWindow, Identify, TimeOfDay, Trigger, WindowOptions, WorkerOptions,
-};
+use didim::live::window_options::{Trigger, WindowOptions};
+use didim::live::worker::{IdentifiedWindow, Identify, TimeOfDay, WorkerOptions};
 use didim::service::supervision::{
     AcquisitionPart, EstimationPart, Parts, ServiceEnd, ServiceOptions, SocketOptions, run,
 };

@@ -8,13 +8,14 @@ use crate::common::bus::{assembler, frames, interface};
 use crate::common::{Network, Process, eventually};
 use didim::archive::ResultOptions;
 use didim::archive::store::{HistoryLine, Timestamp, read_history};
-use didim::live::acquire::{AcquireOptions, BusState, RealTimeOptions};
+use didim::live::acquire::{AcquireOptions, BusState};
 use didim::live::latency::LatencySummary;
+use didim::live::real_time_options::RealTimeOptions;
 use didim::live::recording::WriteBudget;
 use didim::live::stream::{Pace, StreamNode, Topic};
+use didim::live::window_options::{Trigger, WindowOptions};
 use didim::live::worker::{
-    Command, IdentifiedWindow, Identify, Rejection, TimeOfDay, Trigger, WindowOptions,
-    WorkerOptions,
+    Command, IdentifiedWindow, Identify, Rejection, TimeOfDay, WorkerOptions,
 };
 use didim::service::status::{
     BaselineRequest, ClientError, Request, Snapshot, fetch_status, send_request,

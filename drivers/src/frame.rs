@@ -1,6 +1,7 @@
 //! A CAN or CAN FD frame with its time stamp.
 
 pub(crate) mod interface;
+#[cfg(target_os = "linux")]
 mod socketcan;
 
 /// The longest payload of a CAN FD frame \[bytes\].

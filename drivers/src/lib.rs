@@ -2,7 +2,8 @@
 //!
 //! Contract: this crate can only listen. [`source::Source`] has no way to send; the state machines
 //! ([`assemble`], [`clock`]) take time as an argument; every frame and every cycle that is not used
-//! is counted under a named cause. Only [`socket`] contains unsafe code.
+//! is counted under a named cause. Only [`socket`] contains unsafe code. Buses need Linux; logs are
+//! read on every system.
 //!
 //! # Example
 //! The frames of one drive, decoded to samples:
@@ -66,12 +67,23 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+#![cfg_attr(
+    not(target_os = "linux"),
+    allow(dead_code, unused_imports, reason = "the service alone uses it")
+)]
+
 pub mod assemble;
 pub mod clock;
 pub mod ethercat;
 pub mod frame;
 pub mod layout;
 pub mod samples;
+#[cfg(target_os = "linux")]
 pub mod socket;
 pub mod source;
+#[cfg(not(target_os = "linux"))]
+pub mod std_clock;
 pub mod units;
+
+#[cfg(not(target_os = "linux"))]
+pub use std_clock as socket;

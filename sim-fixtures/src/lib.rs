@@ -10,12 +10,16 @@ mod encoder;
 mod fault;
 pub mod fault_injection;
 mod motion;
+#[cfg(not(target_os = "linux"))]
+mod no_socket_can;
 mod payload;
 mod play;
 mod playback;
 mod scenario;
 mod shipped;
 mod sink;
+#[cfg(target_os = "linux")]
+mod socket_can_sink;
 mod streamed;
 mod thermal_model;
 
@@ -23,10 +27,14 @@ pub use device::{CYCLE_FRAMES, DeviceError, VirtualDevice};
 pub use encoder::{BusCycle, CycleEncoder, CycleError};
 pub use fault::{Fault, FaultAction};
 pub use motion::Motion;
+#[cfg(not(target_os = "linux"))]
+pub use no_socket_can::SocketCanSink;
 pub use payload::{FramedPayload, Payload};
 pub use play::{Pace, PlayError, PlaybackResult, play};
 pub use playback::{Playback, PlaybackConfig};
 pub use scenario::{Scenario, ScenarioError};
 pub use shipped::{SHIPPED_SCENARIOS, shipped, tx40_paper, tx40_paper_errors, tx40_physical};
-pub use sink::{CandumpSink, InProcessSink, Sink, SinkError, SocketCanSink};
+pub use sink::{CandumpSink, InProcessSink, Sink, SinkError};
+#[cfg(target_os = "linux")]
+pub use socket_can_sink::SocketCanSink;
 pub use thermal_model::CycleReadings;

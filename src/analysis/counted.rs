@@ -9,7 +9,7 @@ use didim_formats::{Measurement, Piece, Record, RecordingStart, TimeLimits};
 
 use super::screening::{BeyondLimits, LIMITS_REMEDY, check_limits, open_limits, still_joints};
 use crate::cell::Cell;
-use crate::live::worker::WindowOptionError;
+use crate::live::window_options::WindowOptionError;
 use crate::window::DriveReadings;
 
 /// A contiguous piece of a file, and the range of its samples that count.

@@ -23,9 +23,9 @@ use super::data::DataSection;
 use super::torque_joints::JointReference;
 use super::unit::OneOrEach;
 use crate::archive::drift::DriftOptions;
-use crate::live::acquire::RealTimeOptions;
+use crate::live::real_time_options::RealTimeOptions;
 use crate::live::recording::RecordingOptions;
-use crate::live::worker::WindowOptions;
+use crate::live::window_options::WindowOptions;
 
 /// The whole file. Unknown keys are errors.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]

@@ -51,9 +51,10 @@ pub use signal_source::SignalSource;
 pub use torque_joints::{JointReference, TorqueJointsError};
 pub(crate) use unit::{CURRENT_UNITS, POSITION_UNITS, QuantityUnits, TORQUE_UNITS};
 
+use crate::archive::ResultOptions;
 use crate::archive::store::ConfigurationTexts;
 use crate::live::recording::JointCurves;
-use crate::live::worker::WindowOptions;
+use crate::live::window_options::WindowOptions;
 use crate::text::sha256;
 
 /// A cell, validated.
@@ -240,6 +241,15 @@ impl Cell {
     /// See [`CellError`].
     pub fn from_library(library: Library<'_>, path: &Path) -> Result<Self, CellError> {
         Self::read_all(library, path).map_err(|faults| *faults.first_fault)
+    }
+
+    /// Returns the data that are stored with the results of the cell.
+    pub fn result_options(&self) -> ResultOptions {
+        ResultOptions {
+            texts: self.configuration.clone(),
+            regrouping: self.regrouping_sha256(),
+            drift: self.service.drift,
+        }
     }
 
     /// Returns the SHA-256 of the composition of the base parameters. If it is equal for two

@@ -16,7 +16,7 @@ use super::{
     ScreeningOptions, mistyped, open, values,
 };
 use crate::archive::store::ConfigurationTexts;
-use crate::live::worker::WindowOptions;
+use crate::live::window_options::WindowOptions;
 use crate::text::sha256;
 
 /// The faults found so far in a cell file.

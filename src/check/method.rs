@@ -5,7 +5,7 @@ use didim_dynamics::JointSample;
 use super::finding::Finding;
 use super::limits::CheckLimits;
 use crate::cell::Cell;
-use crate::live::worker::Trigger;
+use crate::live::window_options::Trigger;
 use crate::service::pipeline::MAX_WINDOWS;
 use crate::text::significant_digits;
 

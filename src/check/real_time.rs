@@ -4,6 +4,7 @@ use rustix::process::{Resource, geteuid, getrlimit};
 
 use super::finding::Finding;
 use crate::cell::Cell;
+use crate::live::real_time_options::RealTimeOptions;
 
 pub(super) fn check(cell: &Cell, findings: &mut Vec<Finding>) {
     let asked = cell.service.real_time;
@@ -26,8 +27,7 @@ pub(super) fn check(cell: &Cell, findings: &mut Vec<Finding>) {
     if let Some(cpu) = asked.cpu {
         // The request is the same as in `run`. It is made on a separate thread, so that the current
         // thread keeps its processor.
-        let options =
-            crate::live::acquire::RealTimeOptions { cpu: Some(cpu), ..Default::default() };
+        let options = RealTimeOptions { cpu: Some(cpu), ..Default::default() };
         let granted = std::thread::spawn(move || options.apply().cpu).join();
         if let Ok(crate::live::acquire::Grant::Refused { why }) = granted {
             findings.push(Finding::warning(

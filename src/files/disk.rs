@@ -4,8 +4,9 @@
 use std::cell::Cell;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write};
-use std::os::unix::fs::{OpenOptionsExt, symlink};
 use std::path::Path;
+
+use super::system;
 
 thread_local! {
     /// Bytes that this thread has written since they were last taken.
@@ -120,7 +121,7 @@ impl DiskFile for SystemFile {
 
 impl Disk for SystemDisk {
     fn create(&self, path: &Path) -> io::Result<Box<dyn DiskFile>> {
-        let file = OpenOptions::new().write(true).create_new(true).mode(0o666).open(path)?;
+        let file = OpenOptions::new().write(true).create_new(true).open(path)?;
         Ok(Box::new(SystemFile(file)))
     }
 
@@ -137,7 +138,7 @@ impl Disk for SystemDisk {
     }
 
     fn link(&self, target: &str, path: &Path) -> io::Result<()> {
-        symlink(target, path)
+        system::link(target, path)
     }
 
     fn make_folder(&self, path: &Path) -> io::Result<()> {
@@ -149,7 +150,7 @@ impl Disk for SystemDisk {
     }
 
     fn sync_folder(&self, path: &Path) -> io::Result<()> {
-        File::open(path)?.sync_all()
+        system::sync_folder(path)
     }
 }
 

@@ -1,11 +1,11 @@
 //! Configuration files: text, in a regular file, of bounded size.
 
-use std::fs::File;
 use std::io::{self, Read as _};
 use std::path::Path;
 
 use encoding_rs::{Encoding, WINDOWS_1252};
-use rustix::fs::{Mode, OFlags};
+
+use super::system::open_regular;
 
 /// Maximum size of a configuration file \[bytes\]. A DBC file of a complete vehicle has some
 /// megabytes.
@@ -86,9 +86,8 @@ pub fn decode_western(bytes: Vec<u8>) -> String {
 /// # Errors
 /// [`TextError`].
 pub fn read_bytes(path: &Path) -> Result<Vec<u8>, TextError> {
-    // `open` does not block on a pipe, and no byte is read from a device.
-    let flags = OFlags::RDONLY | OFlags::NONBLOCK | OFlags::NOCTTY | OFlags::CLOEXEC;
-    let file = File::from(rustix::fs::open(path, flags, Mode::empty()).map_err(io::Error::from)?);
+    // No byte is read from a device.
+    let file = open_regular(path)?;
     if !file.metadata()?.is_file() {
         return Err(TextError::NotAFile);
     }
@@ -103,6 +102,7 @@ pub fn read_bytes(path: &Path) -> Result<Vec<u8>, TextError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs::File;
 
     #[test]
     fn text_is_read_and_all_else_is_refused() {
@@ -124,7 +124,7 @@ mod tests {
         assert_eq!(decode_western(b"\xf6 \x80".to_vec()), "ö €");
         assert!(read_text(&folder.path().join("none")).unwrap_err().is_missing());
         let pipe = folder.path().join("pipe");
-        rustix::fs::mkfifoat(rustix::fs::CWD, &pipe, Mode::RUSR | Mode::WUSR).unwrap();
+        rustix::fs::mkfifoat(rustix::fs::CWD, &pipe, rustix::fs::Mode::RUSR).unwrap();
         for odd in [folder.path(), Path::new("/dev/zero"), &pipe] {
             assert!(matches!(read_text(odd), Err(TextError::NotAFile)), "{}", odd.display());
         }

@@ -11,7 +11,6 @@ use didim_drivers::source::{
 
 use crate::analysis::find_load;
 use crate::analysis::identify::{LastIdentification, LastWindow, identify_window};
-use crate::archive::ResultOptions;
 use crate::archive::store::WindowProvenance;
 use crate::cell::{BusAddress, Cell, CellError};
 use crate::files::{FolderError, own_folder};
@@ -20,9 +19,8 @@ use crate::live::recording::{
     ArchiverOptions, RecorderOptions, RecordingOptions, WriteBudget, open_log, recording_folders,
 };
 use crate::live::stream::{Pace, PrivateNetwork, SHARED_MEMORY, StreamError};
-use crate::live::worker::{
-    Configuration, FindLoad, IdentifiedWindow, TimeOfDay, WindowOptionError, WorkerOptions,
-};
+use crate::live::window_options::WindowOptionError;
+use crate::live::worker::{Configuration, FindLoad, IdentifiedWindow, TimeOfDay, WorkerOptions};
 use crate::service::paths::Paths;
 use crate::service::supervision::{AcquisitionPart, EstimationPart};
 use crate::window::Window;
@@ -196,17 +194,8 @@ pub fn build_configuration(
         identify: Box::new(identify),
         find_load: Some(find_load),
         sha256: cell.configuration_sha256.clone(),
-        results: result_options(cell),
+        results: cell.result_options(),
     })
-}
-
-/// Returns the data that are stored with the results of a cell.
-pub fn result_options(cell: &Cell) -> ResultOptions {
-    ResultOptions {
-        texts: cell.configuration.clone(),
-        regrouping: cell.regrouping_sha256(),
-        drift: cell.service.drift,
-    }
 }
 
 /// Returns the time of day of a cell's buses.

@@ -25,7 +25,7 @@ const PACKAGES: [&str; 10] = [
 
 /// Folders with what stands in them, files and folders, from the top: each uses only what comes
 /// after it.
-const ORDER: [(&str, &str); 14] = [
+const ORDER: [(&str, &str); 15] = [
     ("crates/dynamics/src", "simulation control dynamics trajectory robot numeric sample"),
     (
         "crates/identification/src",
@@ -36,10 +36,14 @@ const ORDER: [(&str, &str); 14] = [
         "friction cutoff cross_validation identify closed_loop equation_error torque_along gains \
         payload prediction judgement observation problem",
     ),
-    ("drivers/src", "samples assemble source socket clock units layout ethercat frame"),
+    ("drivers/src", "samples assemble source socket std_clock clock units layout ethercat frame"),
     ("src", "proposal check service report analysis cell live archive signals files window text"),
     ("src/service", "metrics reload pipeline supervision status paths"),
-    ("src/live", "worker acquire recording stream latency pause limits"),
+    (
+        "src/live",
+        "worker acquire recording stream latency pause limits real_time_options \
+         window_options",
+    ),
     ("src/archive", "results events fleet drift store"),
     (
         "src/analysis",
@@ -55,11 +59,15 @@ const ORDER: [(&str, &str); 14] = [
     ),
     (
         "crates/cli/src/command",
-        "baseline bundle capture check compare completions convert demo export fleet gains groups \
-         history manual metrics new note payload predict reload report replay robot run state \
-         study top window convert_frames identify advise design sim status",
+        "service compare completions convert export fleet gains groups history manual new payload \
+         predict robot state study convert_frames identify advise design sim",
     ),
-    ("crates/python/src", "lib result recording cell rows work logging errors"),
+    (
+        "crates/cli/src/command/service",
+        "baseline bundle capture check demo metrics note reload report replay run top window \
+         status",
+    ),
+    ("crates/python/src", "lib result recording cell rows work logging errors words"),
     ("crates/publish/src", "main send cabinet link ledger message configuration"),
 ];
 

@@ -5,6 +5,11 @@
 //! 3 the work was done, but its result does not meet a requirement (`--require`, `--limits`); 78
 //! configuration; 130 stopped before it was done (SIGINT, SIGTERM, SIGHUP).
 
+#![cfg_attr(
+    not(target_os = "linux"),
+    allow(dead_code, unused_imports, reason = "the service alone uses it")
+)]
+
 mod bundle;
 mod choices;
 mod command;
@@ -16,6 +21,7 @@ mod long_numbers;
 mod names;
 mod next;
 mod notes;
+#[cfg(target_os = "linux")]
 mod outcome;
 mod output;
 mod progress;

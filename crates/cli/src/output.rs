@@ -2,7 +2,6 @@
 
 use std::ffi::OsStr;
 use std::io::{BufWriter, Write};
-use std::os::unix::fs::MetadataExt as _;
 use std::path::{Path, PathBuf};
 
 use didim_identification::identification::Identification;
@@ -10,7 +9,7 @@ use serde::Serialize;
 
 use super::CliError;
 use didim::cell::Cell;
-use didim::files::replace;
+use didim::files::{identity, replace};
 use didim::report::figure::torque_figure;
 use didim::report::html::Report;
 use didim::report::joint_panels;
@@ -98,9 +97,8 @@ pub(super) fn check_place(path: &Path) -> Result<(), CliError> {
 /// # Errors
 /// Names the file and the remedy.
 fn check_is_new(path: &Path, read: &[&Path]) -> Result<(), CliError> {
-    // Identifies the same file under any name, links included.
-    let file = |path: &Path| std::fs::metadata(path).ok().map(|of| (of.dev(), of.ino()));
-    match file(path).is_some_and(|own| read.iter().any(|other| file(other) == Some(own))) {
+    let own = identity(path);
+    match own.is_some() && read.iter().any(|other| identity(other) == own) {
         true => {
             Err(CliError::in_file(path, "is read by this command; name another file to be written"))
         }

@@ -10,7 +10,6 @@ use didim::archive::Results;
 use didim::archive::store::{Attachments, Recordings, ResultRecord, Timestamp};
 use didim::cell::Cell;
 use didim::report::html::InputFile;
-use didim::service::pipeline::result_options;
 
 /// Outcome of storing a result.
 pub(super) struct StoredResult {
@@ -31,7 +30,7 @@ pub(super) fn store_result(
     estimate: &Estimate,
     (files, recordings): (&[InputFile], &Recordings<'_>),
 ) -> Result<StoredResult, CliError> {
-    let options = result_options(cell);
+    let options = cell.result_options();
     let mut results = Results::open(folder, cell.service.keep_results, options.drift)
         .map_err(CliError::from_failure)?;
     results.poll_baseline();

@@ -27,8 +27,8 @@ pub(super) fn max_line_width() -> usize {
 
 /// Returns the width of the terminal on standard output, which no line should exceed.
 fn terminal_width() -> Option<usize> {
-    let size = rustix::termios::tcgetwinsize(std::io::stdout()).ok()?;
-    Some(usize::from(size.ws_col)).filter(|columns| *columns > 0)
+    let (_, columns) = console::Term::stdout().size_checked()?;
+    Some(usize::from(columns)).filter(|columns| *columns > 0)
 }
 
 /// Returns true if output to a stream is coloured: the stream is a terminal that supports colours,

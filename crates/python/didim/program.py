@@ -16,7 +16,7 @@ from types import TracebackType
 from typing import Any
 
 from ._native import Cell as NativeCell
-from ._native import ConfigurationError, DataError, Error, IdentificationError, UsageError
+from ._native import ConfigurationError, DataError, Error, IdentificationError, UsageError, in_python
 from .cell import Cell, Robot
 from .recording import Recording
 from .result import Result
@@ -200,15 +200,13 @@ class Call:
             raise type(error)(self._message(error)) from None
 
     def _rename(self, text: str) -> str:
-        """Returns a text with the names of arguments in place of temporary files."""
+        """Returns a text with the names of arguments in place of temporary files and options."""
         for path, name in self._names.items():
             text = text.replace(path, name)
-        return text
+        return in_python(text)
 
     def _message(self, error: Error) -> str:
-        """Returns the message with arguments of Python in place of files and options."""
-        text = self._rename(str(error).split("\n\nUsage: ")[0])
-        return re.sub(r"(?<![\w-])--([a-z][a-z-]*)", lambda option: option[1].replace("-", "_"), text)
+        return self._rename(str(error).split("\n\nUsage: ")[0])
 
     def json(self, command: str, *positional: Path, **options: Any) -> Any:
         """Runs the command and returns its JSON object."""

@@ -6,6 +6,8 @@ use pyo3::create_exception;
 use pyo3::exceptions::PyException;
 use pyo3::prelude::*;
 
+use crate::words::in_python;
+
 create_exception!(didim, Error, PyException, "Base of the exceptions of this package.");
 create_exception!(
     didim,
@@ -39,20 +41,20 @@ pub(crate) fn add_to(module: &Bound<'_, PyModule>) -> PyResult<()> {
 
 /// Creates an exception about a configuration.
 pub(crate) fn configuration(error: impl fmt::Display) -> PyErr {
-    ConfigurationError::new_err(error.to_string())
+    ConfigurationError::new_err(in_python(&error.to_string()).into_owned())
 }
 
 /// Creates an exception about a recording.
 pub(crate) fn data(error: impl fmt::Display) -> PyErr {
-    DataError::new_err(error.to_string())
+    DataError::new_err(in_python(&error.to_string()).into_owned())
 }
 
 /// Creates an exception about an identification.
 pub(crate) fn identification(error: impl fmt::Display) -> PyErr {
-    IdentificationError::new_err(error.to_string())
+    IdentificationError::new_err(in_python(&error.to_string()).into_owned())
 }
 
 /// Creates an exception about the arguments of a call.
 pub(crate) fn usage(error: impl fmt::Display) -> PyErr {
-    UsageError::new_err(error.to_string())
+    UsageError::new_err(in_python(&error.to_string()).into_owned())
 }

@@ -7,6 +7,8 @@ use tracing::field::{Field, Visit};
 use tracing::{Event, Level, Subscriber};
 use tracing_subscriber::layer::{Context, Layer, SubscriberExt as _};
 
+use crate::words::in_python;
+
 /// Name of the logger.
 const LOGGER: &str = "didim";
 
@@ -26,7 +28,7 @@ pub(crate) fn log(python: Python<'_>, level: Level, message: &str) -> PyResult<(
     };
     let logger = python.import("logging")?.call_method1("getLogger", (LOGGER,))?;
     // A `%` in the message is no format, because there are no arguments.
-    logger.call_method1("log", (level, message)).map(drop)
+    logger.call_method1("log", (level, in_python(message))).map(drop)
 }
 
 struct PassOn;

@@ -148,6 +148,28 @@ def test_errors_have_the_class_of_their_cause(robot: didim.Robot, urdf: Path, tm
         didim.run("identify", no_such_option=True)
 
 
+def test_messages_name_arguments_in_place_of_options(robot: didim.Robot, tmp_path: Path) -> None:
+    table, arm = tmp_path / "table.csv", tmp_path / "two_ends.urdf"
+    table.write_text("time_s,joint_position_rad_1,joint_torque_nm_1\n" + "".join(f"{k / 500},0,0\n" for k in range(9)))
+    links = "".join(f'<link name="{name}"/>' for name in ("base", "left", "right"))
+    joint = '<joint name="{0}" type="revolute"><parent link="base"/><child link="{0}"/><axis xyz="0 0 1"/></joint>'
+    arm.write_text(f'<robot name="two">{links}{joint.format("left")}{joint.format("right")}</robot>')
+    with pytest.raises(didim.DataError, match="correct sample_rate or data.rate_hz") as refused:
+        didim.read(table, robot.cell(500.0), sample_rate=100.0)
+    errors = [refused.value]
+    with pytest.raises(didim.ConfigurationError, match="name one with tip, or") as refused:
+        didim.Robot.from_urdf(arm, drive_inertia=False, friction=["viscous"])
+    errors.append(refused.value)
+    time, q, torque = recording(robot, 1)
+    with pytest.raises(didim.Error, match="start and end") as refused:
+        didim.identify(robot, didim.Recording(time[:20], q[:20], torque[:20]))
+    errors.append(refused.value)
+    assert not [error for error in errors if "--" in str(error)]
+    # A command for a shell is one.
+    with pytest.raises(didim.ConfigurationError, match="`didim new CELL.toml --robot ARM.urdf --log"):
+        didim.Cell.read(table)
+
+
 def test_warnings_go_to_the_logger(robot: didim.Robot, caplog: pytest.LogCaptureFixture) -> None:
     time, q, torque = recording(robot, 1)
     with caplog.at_level(logging.WARNING, logger="didim"):

@@ -3,9 +3,12 @@
 mod blf;
 mod ethercat;
 mod in_process;
+#[cfg(target_os = "linux")]
 mod listening;
 pub mod mcap;
+#[cfg(target_os = "linux")]
 mod retry;
+#[cfg(target_os = "linux")]
 mod socket_can;
 mod text_log;
 
@@ -13,8 +16,11 @@ use core::time::Duration;
 
 pub use self::mcap::{McapError, McapSource, McapWriter};
 pub use blf::{BlfError, BlfSource};
-pub use ethercat::{CaptureSource, EthercatError, TapSource, TrafficSummary};
+#[cfg(target_os = "linux")]
+pub use ethercat::TapSource;
+pub use ethercat::{CaptureSource, EthercatError, TrafficSummary};
 pub use in_process::{BusClosed, InProcessSender, InProcessSource, WhenFull, in_process_bus};
+#[cfg(target_os = "linux")]
 pub use socket_can::{
     LinkReport, QUEUED_FRAME_BYTES, SocketCanError, SocketCanOptions, SocketCanSource,
 };
@@ -184,6 +190,7 @@ pub enum SourceError {
     #[error(transparent)]
     Ethercat(#[from] EthercatError),
     /// A SocketCAN interface failed.
+    #[cfg(target_os = "linux")]
     #[error(transparent)]
     SocketCan(#[from] SocketCanError),
 }
@@ -198,6 +205,7 @@ impl SourceError {
             Self::Blf(_) => false,
             Self::Mcap(error) => error.is_recoverable(),
             Self::Ethercat(error) => error.is_recoverable(),
+            #[cfg(target_os = "linux")]
             Self::SocketCan(error) => error.is_recoverable(),
         }
     }

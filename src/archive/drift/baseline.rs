@@ -3,8 +3,8 @@
 
 use std::fs;
 use std::io;
-use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
+use std::time::SystemTime;
 
 use didim_identification::identification::ModelUncertainty;
 use serde::{Deserialize, Serialize};
@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use crate::archive::store::{
     HISTORY_SCHEMA, HistoryLine, ModelContext, ModelDifference, Timestamp,
 };
-use crate::files::{TextError, read_bytes, replace, with_disk};
+use crate::files::{TextError, file_number, read_bytes, replace, with_disk};
 
 /// Version of the file layout.
 pub const BASELINE_SCHEMA: u32 = 1;
@@ -161,7 +161,7 @@ pub struct BaselineWatch {
     folder: PathBuf,
     /// Inode, modification time and size of the baseline file at the last check. `None` before the
     /// first check. The inner `None` means that there was no file.
-    file_properties: Option<Option<(u64, i64, i64, u64)>>,
+    file_properties: Option<Option<(u64, Option<SystemTime>, u64)>>,
 }
 
 impl BaselineWatch {
@@ -182,7 +182,7 @@ impl BaselineWatch {
     pub fn poll(&mut self) -> Option<Result<Option<Baseline>, BaselineError>> {
         let now = fs::metadata(self.folder.join(FILE_NAME))
             .ok()
-            .map(|data| (data.ino(), data.mtime(), data.mtime_nsec(), data.len()));
+            .map(|data| (file_number(&data), data.modified().ok(), data.len()));
         if self.file_properties == Some(now) {
             return None;
         }

@@ -4,15 +4,13 @@ use std::collections::VecDeque;
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 
-use rustix::fs::{FlockOperation, flock};
-
 use super::configurations::{ConfigurationTexts, Configurations};
 use super::error::{StoreError, io_error, write};
 use super::history::{HistoryFile, HistoryLine, RECENT_RESULTS, day_rows, is_history_file};
 use super::pending::{Pending, line_of};
 use super::record::{Attachments, ResultRecord};
 use super::timestamp::Timestamp;
-use crate::files::{remove_if_there, remove_leftovers, replace_link, with_disk};
+use crate::files::{lock_folder, remove_if_there, remove_leftovers, replace_link, with_disk};
 
 /// Number of kept results unless the cell file sets another.
 pub const DEFAULT_KEEP: usize = 1000;
@@ -52,13 +50,9 @@ impl Store {
     /// [`StoreError::Io`] and [`StoreError::InUse`].
     pub fn open(folder: &Path, keep: usize) -> Result<Self, StoreError> {
         with_disk(|disk| disk.make_folder(folder)).map_err(io_error("make the folder", folder))?;
-        let locked = File::open(folder).map_err(io_error("open the folder", folder))?;
-        // flock(2): the lock belongs to the opened folder. The kernel releases it at every kind of
-        // process end.
-        flock(&locked, FlockOperation::NonBlockingLockExclusive).map_err(|error| match error {
-            rustix::io::Errno::WOULDBLOCK => StoreError::InUse { folder: folder.to_owned() },
-            other => io_error("lock the folder", folder)(other.into()),
-        })?;
+        let locked = lock_folder(folder)
+            .map_err(io_error("lock the folder", folder))?
+            .ok_or_else(|| StoreError::InUse { folder: folder.to_owned() })?;
         let lines = keep.max(RECENT_RESULTS);
         let (history, mut recent) = HistoryFile::open(folder, lines, RECENT_LINES)?;
         let mut store = Self {

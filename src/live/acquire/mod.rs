@@ -13,7 +13,7 @@ mod state;
 
 pub use counters::{Counter, FaultCounters};
 pub use counts::{AcquisitionCounts, BusState, FrameTime};
-pub use real_time::{Grant, RealTimeGrants, RealTimeOptions};
+pub use real_time::{Grant, RealTimeGrants};
 pub use recent::{RecentCounts, RecentWatch, SampleFlow};
 pub use run::{AcquireEnd, AcquireError, AcquireOptions, Acquisition};
 pub use state::{

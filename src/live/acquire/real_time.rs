@@ -3,32 +3,13 @@
 use rustix::mm::{MlockAllFlags, mlockall};
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 use rustix::thread::{CpuSet, sched_setaffinity};
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use thread_priority::{
     RealtimeThreadSchedulePolicy, ThreadPriority, ThreadSchedulePolicy,
     set_thread_priority_and_policy, thread_native_id,
 };
 
-/// Real-time options of the cell file.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct RealTimeOptions {
-    /// Priority of SCHED_FIFO, 1 to 99. Keep it below the kernel's interrupt threads, which have
-    /// 50.
-    ///
-    /// If left out: an ordinary thread.
-    #[serde(default)]
-    pub priority: Option<u8>,
-    /// The only processor to run on, from 0.
-    ///
-    /// If left out: any.
-    #[serde(default)]
-    pub cpu: Option<usize>,
-    /// True keeps the memory of the process that reads the bus from being swapped out.
-    #[serde(default)]
-    pub lock_memory: bool,
-}
+use crate::live::real_time_options::RealTimeOptions;
 
 /// Outcome of a request.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]

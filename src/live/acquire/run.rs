@@ -10,8 +10,8 @@ use didim_drivers::socket::monotonic_ns;
 use didim_drivers::source::{Received, Source, SourceError, StampClock};
 
 use super::counts::{AcquisitionCounts, BusState, FrameTime};
-use super::real_time::RealTimeOptions;
 use super::state::SharedAcquisition;
+use crate::live::real_time_options::RealTimeOptions;
 use crate::live::recording::FrameTap;
 use crate::live::stream::{Pace, SampleWriter, StreamError, StreamNode, StreamOptions};
 

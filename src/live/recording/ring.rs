@@ -6,7 +6,8 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use didim_drivers::source::mcap::{McapError, McapScan, RepairError, repair_recording};
-use rustix::fs::{FlockOperation, flock, statvfs};
+
+use crate::files::{self, lock_folder};
 
 /// A file of the ring.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -91,11 +92,9 @@ impl Ring {
     /// [`RingError`].
     pub fn open(folder: &Path, limit: u64) -> Result<Self, RingError> {
         fs::create_dir_all(folder).map_err(io_error("make the folder", folder))?;
-        let locked = File::open(folder).map_err(io_error("open the folder", folder))?;
-        flock(&locked, FlockOperation::NonBlockingLockExclusive).map_err(|error| match error {
-            rustix::io::Errno::WOULDBLOCK => RingError::InUse { folder: folder.to_owned() },
-            other => io_error("lock the folder", folder)(other.into()),
-        })?;
+        let locked = lock_folder(folder)
+            .map_err(io_error("lock the folder", folder))?
+            .ok_or_else(|| RingError::InUse { folder: folder.to_owned() })?;
         remove_if_there(&folder.join(TEMPORARY_SUFFIX))?;
         let files = segments(folder).map_err(io_error("read the folder", folder))?;
         let next = files.last().map_or(0, |last| last.number.saturating_add(1));
@@ -292,11 +291,9 @@ pub(super) struct DiskSpace {
 
 /// Returns the free space on the file system of a folder.
 pub(super) fn disk_space(folder: &Path) -> Result<DiskSpace, RingError> {
-    let space =
-        statvfs(folder).map_err(|cause| io_error("look at the disk of", folder)(cause.into()))?;
-    let (all, free) = (space.f_frsize * space.f_blocks, space.f_frsize * space.f_bavail);
-    let spare = free.saturating_sub((all / RESERVED_PART).min(RESERVED_BYTES));
-    Ok(DiskSpace { free_bytes: free, spare_bytes: spare })
+    let space = files::disk_space(folder).map_err(io_error("look at the disk of", folder))?;
+    let spare = space.free.saturating_sub((space.size / RESERVED_PART).min(RESERVED_BYTES));
+    Ok(DiskSpace { free_bytes: space.free, spare_bytes: spare })
 }
 
 /// Describes a file of the ring. Does not determine the log time of its first frame.

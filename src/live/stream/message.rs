@@ -4,6 +4,7 @@
 //! layout needs a new version in its `type_name`.
 
 use didim_dynamics::sample::{JointSample, MAX_JOINTS, Reading, Readings};
+#[cfg(target_os = "linux")]
 use iceoryx2::prelude::ZeroCopySend;
 
 /// Number of samples of one batch.
@@ -11,8 +12,8 @@ pub const BATCH_SAMPLES: usize = 64;
 
 /// One joint sample in its shared-memory layout.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
-#[type_name("didim.StreamSample.v4")]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(target_os = "linux", derive(ZeroCopySend), type_name("didim.StreamSample.v4"))]
 pub struct StreamSample {
     /// [`JointSample::sequence`].
     pub sequence: u64,
@@ -106,8 +107,8 @@ impl BatchKind {
 
 /// A batch of samples: the unit of transmission and notification.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, ZeroCopySend)]
-#[type_name("didim.SampleBatch.v3")]
+#[derive(Clone, Copy, Debug)]
+#[cfg_attr(target_os = "linux", derive(ZeroCopySend), type_name("didim.SampleBatch.v3"))]
 pub struct SampleBatch {
     /// Identifier of the acquisition run. It differs after a restart of the acquisition.
     pub session: u64,
@@ -161,8 +162,8 @@ impl SampleBatch {
 
 /// Progress of a replay reader.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ZeroCopySend)]
-#[type_name("didim.Acknowledgement.v1")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(target_os = "linux", derive(ZeroCopySend), type_name("didim.Acknowledgement.v1"))]
 pub(super) struct Acknowledgement {
     /// Session whose batches are acknowledged.
     pub(super) session: u64,

@@ -8,25 +8,19 @@
 //! and the reader notices the loss by the batch numbers. The publisher of a [`Pace::Replay`] stream
 //! waits until the reader has acknowledged enough batches.
 
-mod document;
 mod error;
-mod management;
 mod message;
-mod network;
-mod node;
 pub mod options;
-mod prefault;
-mod reader;
-mod writer;
+#[cfg(target_os = "linux")]
+mod shared_memory;
 
-pub use document::{DocumentReader, DocumentWriter, Topic};
 pub use error::StreamError;
 pub use message::{BATCH_SAMPLES, BatchKind, SampleBatch, StreamSample};
-pub use network::{PrivateNetwork, RUN_PREFIX, ServiceNetwork};
-pub use node::StreamNode;
 pub use options::{
     DEFAULT_BUFFER_S, FOLDER_NAME, MAX_DOCUMENT_BYTES, SERVICE_PREFIX, StreamOptions,
 };
-pub use prefault::SHARED_MEMORY;
-pub use reader::{Batch, SampleReader};
-pub use writer::{Pace, SampleWriter};
+#[cfg(target_os = "linux")]
+pub use shared_memory::{
+    Batch, DocumentReader, DocumentWriter, Pace, PrivateNetwork, RUN_PREFIX, SHARED_MEMORY,
+    SampleReader, SampleWriter, ServiceNetwork, StreamNode, Topic,
+};

@@ -4,10 +4,10 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use didim_identification::identification::Estimate;
 
-use super::options::WindowPlan;
 use crate::archive::ResultOptions;
 use crate::archive::drift::Baseline;
 use crate::archive::store::FoundLoad;
+use crate::live::window_options::WindowPlan;
 use crate::window::Window;
 
 /// Reason why a window could not be identified. The status shows its text.

@@ -4,9 +4,9 @@ use core::ops::Range;
 
 use didim_dynamics::JointSample;
 
-use super::options::WindowPlan;
 use super::window::{RejectedWindow, Rejection, WindowEvent};
 use crate::live::limits::LiveLimits;
+use crate::live::window_options::WindowPlan;
 use crate::window::{Window, WindowEnd};
 
 /// Returns the number of samples of a load survey.

@@ -2,12 +2,12 @@
 
 use std::path::PathBuf;
 
-use super::options::{WindowOptionError, WindowPlan};
 use super::time_of_day::TimeOfDay;
 use crate::archive::ResultOptions;
 use crate::archive::store::StoreError;
 use crate::live::recording::{ArchiverOptions, RecordedWindow, WriteBudget};
 use crate::live::stream::{StreamError, StreamOptions};
+use crate::live::window_options::{WindowOptionError, WindowPlan};
 
 /// Handling of a window when the queue is full.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -9,9 +9,9 @@ use std::collections::VecDeque;
 use didim_dynamics::{JointSample, Readings};
 
 use super::open::OpenWindow;
-use super::options::{PlannedTrigger, WindowPlan};
 use super::window::{Loss, Rejection, WindowEvent};
 use crate::live::recording::RecordedWindow;
+use crate::live::window_options::{PlannedTrigger, WindowPlan};
 use crate::window::{Window, WindowEnd};
 
 /// State machine that takes each sample once, in order. Each call returns at most one event.

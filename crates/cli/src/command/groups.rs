@@ -25,8 +25,9 @@ pub(crate) fn grouped_help(command: &clap::Command) -> String {
         // Writing to a String cannot fail.
         let _ = writeln!(text, "\n{group}:");
         for name in names {
-            let about = command.find_subcommand(name).and_then(|of| of.get_about());
-            let about = about.map(ToString::to_string).unwrap_or_default();
+            // The service is for Linux only.
+            let Some(found) = command.find_subcommand(name) else { continue };
+            let about = found.get_about().map(ToString::to_string).unwrap_or_default();
             let _ = writeln!(text, "  {name:11}  {about}");
         }
     }

@@ -1,15 +1,10 @@
-//! The subcommands, one file each.
+//! The subcommands, one file each. Those that need the service stand in `service`, for Linux only.
 
 mod advise;
-mod baseline;
-mod bundle;
-mod capture;
-mod check;
 mod compare;
 mod completions;
 mod convert;
 mod convert_frames;
-mod demo;
 mod design;
 mod export;
 mod fleet;
@@ -18,22 +13,15 @@ pub(crate) mod groups;
 mod history;
 mod identify;
 pub(crate) mod manual;
-mod metrics;
 mod new;
-mod note;
 mod payload;
 mod predict;
-mod reload;
-mod replay;
-mod report;
 mod robot;
-mod run;
+#[cfg(target_os = "linux")]
+mod service;
 mod sim;
 mod state;
-mod status;
 mod study;
-mod top;
-mod window;
 
 use clap::Subcommand;
 
@@ -41,14 +29,12 @@ use crate::CliError;
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// Identify a simulated TX40: virtual drives, in-process bus, buffer, worker, table and figure
-    Demo(demo::Arguments),
-    /// Listen to a cell's bus and identify, until stopped
-    Run(run::Arguments),
+    /// Commands of the service, and of its results
+    #[cfg(target_os = "linux")]
+    #[command(flatten)]
+    Service(service::Command),
     /// Put the simulated TX40 on a bus
     Sim(sim::Arguments),
-    /// Send a candump log or an MCAP recording through the same pipeline as `run`
-    Replay(replay::Arguments),
     /// Identify offline, from a table, a candump log or an MCAP recording
     Identify(identify::Arguments),
     /// Predict the torques of a recording with a stored result, without fitting
@@ -76,34 +62,12 @@ pub(crate) enum Command {
     Robot(robot::Arguments),
     /// Convert between a table, a candump log and an MCAP recording
     Convert(convert::Arguments),
-    /// Show the status of a running service
-    Status(status::Arguments),
-    /// Serve the status of a running service to Prometheus
-    Metrics(metrics::Arguments),
-    /// Watch the status of a running service
-    Top(top::Arguments),
-    /// Open, close or identify the running service's window by hand
-    Window(window::Arguments),
-    /// Make the running service reload its cell file
-    Reload(reload::Arguments),
-    /// Record the bus from now on, until stopped
-    Capture(capture::Arguments),
-    /// Attach payload, temperature or a text to the open window or the next one
-    Note(note::Arguments),
     /// Show the results over time, compared with the baseline
     History(history::Arguments),
-    /// Write the report of a stored result (one HTML file)
-    Report(report::Arguments),
     /// Show which parameter of which arm differs from all other arms of its type
     Fleet(fleet::Arguments),
-    /// Set, clear or show the baseline for comparison with later results
-    Baseline(baseline::Arguments),
     /// Write the folder of results for an earlier version of didim
     State(state::Arguments),
-    /// Pack what a service saw into one file, for somebody who cannot see the machine
-    Bundle(bundle::Arguments),
-    /// Check a cell file and this machine before the service is started
-    Check(check::Arguments),
     /// Print the completions of a shell, for it to read at its start
     Completions(completions::Arguments),
     /// Write man pages and completions into a folder
@@ -115,30 +79,28 @@ impl Command {
     /// Returns true if the command is a daemon. A daemon logs its actions; other commands log only
     /// problems.
     pub(crate) fn is_daemon(&self) -> bool {
-        matches!(self, Self::Run(_) | Self::Metrics(_))
+        match self {
+            #[cfg(target_os = "linux")]
+            Self::Service(command) => command.is_daemon(),
+            _ => false,
+        }
     }
 
     /// Returns true if the command handles SIGINT and SIGTERM itself.
     pub(crate) fn handles_signals(&self) -> bool {
-        matches!(
-            self,
-            Self::Run(_)
-                | Self::Metrics(_)
-                | Self::Top(_)
-                | Self::Sim(_)
-                | Self::Study(_)
-                | Self::Demo(_)
-                | Self::Replay(_)
-        )
+        match self {
+            #[cfg(target_os = "linux")]
+            Self::Service(command) => command.handles_signals(),
+            _ => matches!(self, Self::Sim(_) | Self::Study(_)),
+        }
     }
 
     /// Runs the command.
     pub(crate) fn execute(&self) -> Result<(), CliError> {
         match self {
-            Self::Demo(arguments) => demo::execute(arguments),
-            Self::Run(arguments) => run::execute(arguments),
+            #[cfg(target_os = "linux")]
+            Self::Service(command) => command.execute(),
             Self::Sim(arguments) => sim::execute(arguments),
-            Self::Replay(arguments) => replay::execute(arguments),
             Self::New(arguments) => new::execute(arguments),
             Self::Robot(arguments) => robot::execute(arguments),
             Self::Identify(arguments) => identify::execute(arguments),
@@ -151,20 +113,9 @@ impl Command {
             Self::Compare(arguments) => compare::execute(arguments),
             Self::Study(arguments) => study::execute(arguments),
             Self::Convert(arguments) => convert::execute(arguments),
-            Self::Status(arguments) => status::execute(arguments),
-            Self::Metrics(arguments) => metrics::execute(arguments),
-            Self::Capture(arguments) => capture::execute(arguments),
-            Self::Top(arguments) => top::execute(arguments),
-            Self::Window(arguments) => window::execute(arguments),
-            Self::Reload(arguments) => reload::execute(arguments),
-            Self::Note(arguments) => note::execute(arguments),
             Self::History(arguments) => history::execute(arguments),
-            Self::Report(arguments) => report::execute(arguments),
             Self::Fleet(arguments) => fleet::execute(arguments),
-            Self::Baseline(arguments) => baseline::execute(arguments),
             Self::State(arguments) => state::execute(arguments),
-            Self::Bundle(arguments) => bundle::execute(arguments),
-            Self::Check(arguments) => check::execute(arguments),
             Self::Completions(arguments) => completions::execute(arguments, crate::command()),
             Self::Manual(arguments) => manual::execute(arguments, crate::command()),
         }

@@ -6,7 +6,7 @@ use std::ops::Range;
 use didim_sim::{Scenario, ScenarioError};
 
 use didim::cell::Cell;
-use didim::live::worker::WindowOptionError;
+use didim::live::window_options::WindowOptionError;
 use didim_formats::{Measurement, Side};
 
 /// Reason why nothing was simulated for a cell.

@@ -5,9 +5,11 @@ mod decode;
 mod error;
 mod file;
 mod seen;
+#[cfg(target_os = "linux")]
 mod tap;
 
 pub use error::EthercatError;
 pub use file::CaptureSource;
 pub use seen::TrafficSummary;
+#[cfg(target_os = "linux")]
 pub use tap::TapSource;

@@ -2,7 +2,6 @@
 
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom};
-use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
@@ -12,6 +11,7 @@ use super::line::HistoryLine;
 use super::scan::{MAX_LINE, parse_line};
 use super::segments::open_segment;
 use crate::archive::store::timestamp::Timestamp;
+use crate::files::file_number;
 
 /// Position in a history up to which it has been read.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -154,7 +154,7 @@ impl HistoryFollower {
             return Ok((None, true));
         };
         let data = file.metadata()?;
-        if data.ino() != inode || at > data.len() {
+        if file_number(&data) != inode || at > data.len() {
             return Ok((None, false));
         }
         file.seek(SeekFrom::Start(at))?;
@@ -255,7 +255,7 @@ enum Found {
 }
 
 fn newest_from(file: Option<File>, at: u64) -> io::Result<Position> {
-    let inode = file.map(|file| file.metadata()).transpose()?.map(|data| data.ino());
+    let inode = file.map(|file| file.metadata()).transpose()?.map(|data| file_number(&data));
     Ok(inode.map_or(Position::Unknown, |inode| Position::Newest(inode, at)))
 }
 

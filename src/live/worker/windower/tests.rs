@@ -5,7 +5,8 @@ mod recorded;
 use didim_dynamics::Reading;
 
 use super::*;
-use crate::live::worker::{EstimationStatus, RejectedWindow, Trigger, WindowOptions};
+use crate::live::window_options::{Trigger, WindowOptions};
+use crate::live::worker::{EstimationStatus, RejectedWindow};
 use crate::window::Window;
 
 const RATE_HZ: f64 = 1000.0;

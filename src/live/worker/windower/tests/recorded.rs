@@ -3,7 +3,7 @@
 use didim_formats::RecordingStart;
 
 use super::*;
-use crate::live::worker::{Trigger, WindowOptions};
+use crate::live::window_options::{Trigger, WindowOptions};
 use crate::window::WindowEnd;
 
 /// Returns the windower for a window of 400 samples from 1000 on. The windows of its cell have

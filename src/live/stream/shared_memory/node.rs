@@ -9,9 +9,9 @@ use iceoryx2::prelude::{
 };
 
 use super::management::prepare;
-use super::options::MANAGEMENT_BYTES;
 use super::prefault::{SHARED_MEMORY, check_free, populate_mappings};
-use super::{StreamError, StreamOptions};
+use crate::live::stream::options::MANAGEMENT_BYTES;
+use crate::live::stream::{StreamError, StreamOptions};
 
 /// Membership of a thread in the network. It creates ports, which must stay on the thread that
 /// created them. Each thread therefore joins with its own node.

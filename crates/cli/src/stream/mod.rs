@@ -1,13 +1,20 @@
 //! Streams as input files. A stream (standard input, a pipe) is copied, because input is read more
 //! than once.
 
+#[cfg(target_os = "linux")]
+mod nameless;
+#[cfg(not(target_os = "linux"))]
+mod temporary;
+
 use std::fs::File;
 use std::io::{IsTerminal as _, Read};
-use std::os::fd::AsRawFd as _;
-use std::os::unix::fs::FileTypeExt as _;
 use std::path::{Path, PathBuf};
 
 use didim::report::html::InputFile;
+#[cfg(target_os = "linux")]
+use nameless::{Copy, is_pipe};
+#[cfg(not(target_os = "linux"))]
+use temporary::{Copy, is_pipe};
 
 use super::CliError;
 use super::progress::WorkIndicator;
@@ -23,9 +30,8 @@ pub(super) struct InputFileOrStream {
     displayed_path: PathBuf,
     /// Path to open: that of the file, or that of the stream's copy.
     path: PathBuf,
-    /// Copy of a stream. The copy is a file without a name, so it disappears however this process
-    /// ends.
-    copy: Option<File>,
+    /// Copy of a stream.
+    copy: Option<Copy>,
 }
 
 impl InputFileOrStream {
@@ -43,8 +49,7 @@ impl InputFileOrStream {
             }
             return Self::copy_stream("standard input".into(), &mut stdin.lock(), MAX_COPY_BYTES);
         }
-        let is_pipe = std::fs::metadata(source).is_ok_and(|of| of.file_type().is_fifo());
-        if !is_pipe {
+        if !is_pipe(source) {
             return Ok(Self {
                 displayed_path: source.to_owned(),
                 path: source.to_owned(),
@@ -65,9 +70,9 @@ impl InputFileOrStream {
             );
             CliError::in_file(&shown, why)
         };
-        let mut copy = tempfile::tempfile_in(&folder).map_err(refused)?;
+        let mut copy = Copy::new_in(&folder).map_err(refused)?;
         let copying = WorkIndicator::start(&format!("copying {}", shown.display()));
-        let copied = copying.show_during(|| std::io::copy(&mut from.take(most + 1), &mut copy));
+        let copied = copying.show_during(|| std::io::copy(&mut from.take(most + 1), copy.file()));
         let length = copied.map_err(refused)?;
         if length > most {
             let why = format!("a stream of more than {} GB; give a file", most >> 30);
@@ -80,9 +85,7 @@ impl InputFileOrStream {
                 a file",
             ));
         }
-        // A copy that is opened again under this path is read from its beginning.
-        let path = format!("/proc/self/fd/{}", copy.as_raw_fd()).into();
-        Ok(Self { displayed_path: shown, path, copy: Some(copy) })
+        Ok(Self { displayed_path: shown, path: copy.path(), copy: Some(copy) })
     }
 
     /// Returns true if the input is a stream. The name of a stream does not show its format.

@@ -13,10 +13,12 @@ use iceoryx2::sample_mut::SampleMut;
 use iceoryx2::service::port_factory::PortFactory as _;
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 
-use super::message::{Acknowledgement, BATCH_SAMPLES, BatchKind, SampleBatch, StreamSample};
 use super::node::StreamNode;
 use super::reader::{acknowledgement_service, notification_service, sample_service};
-use super::{StreamError, options};
+use crate::live::stream::message::{
+    Acknowledgement, BATCH_SAMPLES, BatchKind, SampleBatch, StreamSample,
+};
+use crate::live::stream::{StreamError, options};
 
 /// Pace of a stream. It determines which side waits for the other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

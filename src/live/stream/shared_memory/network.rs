@@ -13,8 +13,8 @@ use rustix::fs::{FlockOperation, OFlags, flock};
 use rustix::process::geteuid;
 use rustix::rand::{GetRandomFlags, getrandom};
 
-use super::options::{FOLDER_NAME, SERVICE_PREFIX};
 use super::prefault::SHARED_MEMORY;
+use crate::live::stream::options::{FOLDER_NAME, SERVICE_PREFIX};
 
 /// Prefix of the names in /dev/shm of every network of a single run.
 pub const RUN_PREFIX: &str = "didim-run-";

@@ -12,8 +12,8 @@ use std::time::{Duration, Instant};
 
 use rustix::process::geteuid;
 
-use super::StreamError;
 use super::network::LOCK_SUFFIX;
+use crate::live::stream::StreamError;
 
 /// Name of the library's counter of nodes after the prefix, for its version 0.10.0. The digits are
 /// the SHA-1 of the name of its type. A test notices another name: the library would then make a

@@ -14,7 +14,7 @@ use std::time::Duration;
 
 use rustix::mm::{Advice, madvise};
 
-use super::StreamError;
+use crate::live::stream::StreamError;
 
 /// Folder of the library's segments.
 pub const SHARED_MEMORY: &str = "/dev/shm";

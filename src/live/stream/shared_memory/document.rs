@@ -7,8 +7,8 @@ use iceoryx2::prelude::{BackpressureStrategy, ipc};
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 
 use super::node::StreamNode;
-use super::options::MAX_DOCUMENT_BYTES;
-use super::{StreamError, options};
+use crate::live::stream::options::MAX_DOCUMENT_BYTES;
+use crate::live::stream::{StreamError, options};
 
 /// Topics of the documents.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

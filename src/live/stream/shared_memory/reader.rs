@@ -10,9 +10,9 @@ use iceoryx2::prelude::ipc;
 use iceoryx2::sample::Sample;
 use iceoryx2::service::port_factory::{event, publish_subscribe};
 
-use super::message::{Acknowledgement, BatchKind, SampleBatch, StreamSample};
 use super::node::StreamNode;
-use super::{StreamError, options};
+use crate::live::stream::message::{Acknowledgement, BatchKind, SampleBatch, StreamSample};
+use crate::live::stream::{StreamError, options};
 
 type SampleService = publish_subscribe::PortFactory<ipc::Service, SampleBatch, ()>;
 type AcknowledgementService = publish_subscribe::PortFactory<ipc::Service, Acknowledgement, ()>;
