@@ -8,6 +8,6 @@ pub(crate) mod simulated;
 mod text;
 
 pub use disk::{Disk, DiskFile, remove_if_there, take_written_bytes, with_disk};
-pub use folder::{FolderError, check_folder, own_folder};
+pub use folder::{FolderError, check_folder, own_folder, private_folder};
 pub use replace::{discard_unfinished, remove_leftovers, replace, replace_link};
 pub use text::{MAX_TEXT_BYTES, TextError, decode_western, read_bytes, read_text};
