@@ -76,7 +76,7 @@ struct Run {
     /// Cycles of which something is lost.
     disturbed: Vec<Range<u64>>,
     /// Outcomes by the content of their windows.
-    known: HashMap<Vec<u64>, Outcome>,
+    outcome_by_content: HashMap<Vec<u64>, Outcome>,
     /// Outcomes with the motion in which the window was.
     outcomes: Vec<(u64, Outcome)>,
 }
@@ -106,7 +106,7 @@ impl Run {
             facts: Facts::default(),
             disturbed: plan.damage.iter().map(of_motion).collect(),
             outcomes: Vec::new(),
-            known: HashMap::new(),
+            outcome_by_content: HashMap::new(),
             motion,
             bus,
         }
@@ -144,7 +144,7 @@ impl Run {
             Ok(identification) => Ok(identification.estimate),
             Err(error) => Err(error.to_string()),
         };
-        self.known.entry(content_of(window)).or_insert_with(identify).clone()
+        self.outcome_by_content.entry(content_of(window)).or_insert_with(identify).clone()
     }
 
     /// Runs life after life until the bus ends; returns all problems.

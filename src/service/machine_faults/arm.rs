@@ -117,6 +117,6 @@ impl Motion {
 
 fn rounded(number: f64) -> usize {
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "of a motion")]
-    let whole = number.round() as usize;
-    whole
+    let count = number.round() as usize;
+    count
 }

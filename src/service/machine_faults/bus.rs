@@ -19,7 +19,7 @@ pub(super) const START_NS: u64 = 5_000_000_000;
 /// Frames that the kernel keeps for a process that does not read.
 const KERNEL_FRAMES: usize = 4_096;
 
-/// What is on the bus, and the machine's clocks.
+/// State of the bus, and the clocks of the machine.
 #[derive(Clone)]
 pub(super) struct Bus(Arc<Mutex<State>>);
 

@@ -123,8 +123,8 @@ impl Plan {
         let mut draw = Draw(ChaCha8Rng::seed_from_u64(seed));
         let (arm, moves, noise) = (seed % ARMS, draw.0.next_u64(), draw.0.next_u64());
         let motions = 3 + draw.below(3);
-        let has_damage = draw.below(3) == 0;
-        let damage = has_damage.then(|| (draw.below(motions), draw.frame_fault()));
+        let is_damaged = draw.below(3) == 0;
+        let damage = is_damaged.then(|| (draw.below(motions), draw.frame_fault()));
         let count = 1 + draw.below(4);
         let faults = (0..count).map(|_| (draw.below(MILLIONTH), draw.machine_fault()));
         let mut faults: Vec<_> = faults.collect();
