@@ -10,7 +10,7 @@ use didim_dynamics::trajectory::RandomMoves;
 use didim_sim::fault_injection::{InjectedFault, damaged_frames};
 use didim_sim::{CycleEncoder, PlaybackConfig, Scenario};
 
-use super::draw::{ARMS, Plan};
+use super::draw::Plan;
 use crate::cell::Cell;
 
 /// Rest before the record, in which the loop settles under gravity \[s\].
@@ -24,7 +24,7 @@ pub(super) const EPOCH_NS: u64 = 1_790_000_000_000_000_000;
 /// number of moves.
 type Files = (&'static str, &'static str, &'static str, f64, usize);
 
-const FILES: [Files; ARMS as usize] = [
+const FILES: [Files; 4] = [
     ("sim-fixtures/faults/cells/sync.toml", "tx40-paper", "tx40", 1.2, 7),
     ("config/cells/openarm.toml", "openarm", "openarm", 1.0, 7),
     ("config/cells/piper.toml", "piper", "piper", 1.0, 7),

@@ -82,10 +82,8 @@ impl State {
         let (begin, epoch) = (START_NS + self.next * self.period_ns, EPOCH_NS);
         let first = epoch + cycle * self.period_ns;
         let wall = self.clocks;
-        let stamped = |frame: &Frame| {
-            let monotonic_ns = begin + frame.stamp_ns - first;
-            frame.with_stamp(wall.realtime_ns + (monotonic_ns - wall.monotonic_ns))
-        };
+        let begin_ns = wall.realtime_ns - wall.monotonic_ns + begin;
+        let stamped = |frame: &Frame| frame.with_stamp(begin_ns + (frame.stamp_ns - first));
         let frames = cycles[index].iter().map(stamped).collect();
         self.next += 1;
         // It is read shortly before the next one.

@@ -77,7 +77,7 @@ fn is_end_of(first: &str, line: &str) -> bool {
 
 /// Returns the lines of a test and of the functions of its file that it names.
 fn body_of(source: &[&str], test: &str) -> Vec<String> {
-    let all = source.iter().filter_map(|line| Some(line.split_once("fn ")?.1.split('(').next()?));
+    let all = source.iter().filter_map(|line| line.split_once("fn ")?.1.split('(').next());
     let names: Vec<&str> = all.filter(|name| name.len() > 3).collect();
     let mut taken = vec![test];
     let mut lines = Vec::new();
@@ -106,13 +106,15 @@ fn assertions(body: &[String]) -> Vec<String> {
     let asserts = |line: &str| {
         ["assert", "eventually(", "expect(", "panic!("].iter().any(|word| line.contains(word))
     };
-    let statement = |(index, line): (usize, &String)| {
-        let ends = line.ends_with(';');
-        let rest = body[index + 1..].iter().position(|next| is_end_of(line, next));
-        let end = if ends { index } else { index + 1 + rest.unwrap_or(0) };
-        without_space(&body[index..=end.min(body.len() - 1)].concat())
-    };
-    body.iter().enumerate().filter(|(_, line)| asserts(line)).map(statement).collect()
+    let lines = body.iter().enumerate().filter(|(_, line)| asserts(line));
+    lines.map(|(index, _)| statement(&body[index..])).collect()
+}
+
+/// Returns the statement that begins with the first line, without white space.
+fn statement(lines: &[String]) -> String {
+    let rest = lines[1..].iter().position(|next| is_end_of(&lines[0], next));
+    let last = if lines[0].ends_with(';') { 0 } else { 1 + rest.unwrap_or(0) };
+    without_space(&lines[..=last.min(lines.len() - 1)].concat())
 }
 
 fn without_space(text: &str) -> String {
