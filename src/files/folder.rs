@@ -2,7 +2,7 @@
 
 use std::fs::{self, DirBuilder};
 use std::io;
-use std::os::unix::fs::{DirBuilderExt, MetadataExt};
+use std::os::unix::fs::{DirBuilderExt, MetadataExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 
 use nix::unistd::{Uid, User};
@@ -90,6 +90,16 @@ pub fn own_folder(folder: &Path) -> Result<(), FolderError> {
     }
 }
 
+/// Creates a folder of the own user like [`own_folder`], into which no other user can look.
+///
+/// # Errors
+/// Those of [`own_folder`].
+pub fn private_folder(folder: &Path) -> Result<(), FolderError> {
+    own_folder(folder)?;
+    let closed = fs::set_permissions(folder, fs::Permissions::from_mode(0o700));
+    closed.map_err(|cause| FolderError::Io { folder: folder.to_owned(), cause })
+}
+
 /// Refuses a folder that anyone except the given user and the user's own group may change.
 ///
 /// # Errors
@@ -121,8 +131,6 @@ fn group_of(user: u32) -> u32 {
 
 #[cfg(test)]
 mod tests {
-    use std::os::unix::fs::PermissionsExt;
-
     use super::*;
 
     #[test]

@@ -51,6 +51,9 @@ struct Recorded {
     failure: Option<(usize, Failure)>,
     /// Number of changes that were tried.
     tried: usize,
+    /// Time that the disk takes for a change, and that it has taken \[ns\].
+    change_ns: u64,
+    taken_ns: u64,
 }
 
 /// The disk of a folder. Changes take effect in the folder as well.
@@ -158,11 +161,32 @@ impl SimulatedDisk {
 
     /// Calls a function with this as the disk of the thread.
     pub(crate) fn run<T>(self: &Rc<Self>, body: impl FnOnce() -> T) -> T {
-        let disk: Rc<dyn Disk> = Rc::<Self>::clone(self);
-        set_disk(Some(disk));
+        self.set();
         let outcome = body();
         set_disk(None);
         outcome
+    }
+
+    /// Makes this the disk of the thread.
+    pub(crate) fn set(self: &Rc<Self>) {
+        let disk: Rc<dyn Disk> = Rc::<Self>::clone(self);
+        set_disk(Some(disk));
+    }
+
+    /// Lets the disk fail from now on.
+    pub(crate) fn fail(&self, failure: Failure) {
+        let mut recorded = self.recorded.lock().unwrap();
+        recorded.failure = Some((recorded.tried, failure));
+    }
+
+    /// Lets every change take so long \[ns\].
+    pub(crate) fn be_late(&self, change_ns: u64) {
+        self.recorded.lock().unwrap().change_ns = change_ns;
+    }
+
+    /// Returns the time that changes took since the last call \[ns\].
+    pub(crate) fn take_late_ns(&self) -> u64 {
+        std::mem::take(&mut self.recorded.lock().unwrap().taken_ns)
     }
 
     /// Lets the disk fail from a change on.
@@ -170,9 +194,10 @@ impl SimulatedDisk {
         self.recorded.lock().unwrap().failure = Some((change, failure));
     }
 
-    /// Ends the failure.
+    /// Ends the failure and the delay.
     pub(crate) fn heal(&self) {
-        self.recorded.lock().unwrap().failure = None;
+        let mut recorded = self.recorded.lock().unwrap();
+        (recorded.failure, recorded.change_ns) = (None, 0);
     }
 
     /// Returns the changes so far.
@@ -193,6 +218,7 @@ impl SimulatedDisk {
     fn admit(&self, needs_room: bool) -> io::Result<()> {
         let mut recorded = self.recorded.lock().unwrap();
         recorded.tried += 1;
+        recorded.taken_ns += recorded.change_ns;
         match recorded.failure {
             Some((from, Failure::ReadOnly)) if recorded.tried > from => {
                 Err(io::ErrorKind::ReadOnlyFilesystem.into())
@@ -313,6 +339,7 @@ impl SimulatedFile {
     fn failure(&self) -> Option<Failure> {
         let mut recorded = self.recorded.lock().unwrap();
         recorded.tried += 1;
+        recorded.taken_ns += recorded.change_ns;
         let tried = recorded.tried;
         recorded.failure.filter(|(from, _)| tried > *from).map(|(_, failure)| failure)
     }

@@ -6,3 +6,6 @@ pub mod pipeline;
 pub mod reload;
 pub mod status;
 pub mod supervision;
+
+#[cfg(test)]
+mod machine_faults;

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::cell::Cell;
-use crate::files::{FolderError, own_folder};
+use crate::files::{FolderError, own_folder, private_folder};
 use crate::live::stream::{FOLDER_NAME, SERVICE_PREFIX, StreamError, StreamOptions};
 
 /// File name of the status socket in the runtime folder.
@@ -46,7 +46,8 @@ impl Paths {
     /// [`FolderError`].
     pub fn create_folders(&self) -> Result<(), FolderError> {
         let folders = [Some(&self.runtime), self.state.as_ref()];
-        folders.into_iter().flatten().try_for_each(|folder| own_folder(folder))
+        folders.into_iter().flatten().try_for_each(|folder| own_folder(folder))?;
+        private_folder(&self.stream_root())
     }
 
     /// Returns the path of the status socket.

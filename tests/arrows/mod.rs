@@ -38,7 +38,7 @@ const ORDER: [(&str, &str); 15] = [
     ),
     ("drivers/src", "samples assemble source socket std_clock clock units layout ethercat frame"),
     ("src", "proposal check service report analysis cell live archive signals files window text"),
-    ("src/service", "metrics reload pipeline supervision status paths"),
+    ("src/service", "machine_faults metrics reload pipeline supervision status paths"),
     (
         "src/live",
         "worker acquire recording stream latency pause limits real_time_options \

@@ -42,6 +42,7 @@ mod seven_axes;
 mod sqlite_bag;
 mod state;
 mod stored;
+mod strangers;
 mod table_layouts;
 mod urdf;
 mod vcan;

@@ -3,6 +3,9 @@
 use std::collections::BTreeSet;
 use std::fs;
 
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
+
 use super::tests::record;
 use super::*;
 use crate::archive::drift::set_baseline;
@@ -373,4 +376,77 @@ fn a_disk_that_fails_at_any_change_costs_nothing_that_was_acknowledged() {
             assert!(from < 1_000);
         }
     }
+}
+
+/// Seeds of random histories in every run of the tests; `DIDIM_SEEDS=0..100000` is for others.
+const SEEDS: core::ops::Range<u64> = 0..200;
+
+/// Acts of the service at random, with failures of the disk.
+fn random_history(run: &mut Run<'_>, random: &mut ChaCha8Rng) {
+    let mut time_s = START_S;
+    let mut below = |count: u64| random.next_u64() % count;
+    let mut open = run.open();
+    for _ in 0..4 + below(10) {
+        time_s += 1 + below(3) * below(DAY_S);
+        let Some(results) = &mut open else {
+            run.disk.heal();
+            open = run.open();
+            continue;
+        };
+        match below(10) {
+            0..5 => {
+                let name = ["first", "second"][usize::from(below(2) == 1)];
+                run.store(results, name, time_s);
+            }
+            5 => {
+                let stored = run.acts.done.iter().rev();
+                let newest = stored.clone().find_map(|(_, fact)| match fact {
+                    Fact::Stored(stored) => Some(stored.number),
+                    Fact::Baseline(_) => None,
+                });
+                run.set_baseline(newest.filter(|_| below(3) > 0));
+            }
+            6 => {
+                open = None;
+                open = run.open().or(open);
+            }
+            7 => run.disk.fail(if below(2) == 0 { Failure::Full } else { Failure::ReadOnly }),
+            8 => run.disk.heal(),
+            _ => results.settle(),
+        }
+    }
+}
+
+/// Runs a history, and lets the power fail at one of its changes.
+fn crash_in_history(seed: u64) -> Result<(), String> {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let folder = tempfile::tempdir_in("/dev/shm").unwrap();
+    let disk = SimulatedDisk::new(folder.path());
+    let mut state = DiskState::of_folder(folder.path());
+    let mut run = Run { folder: folder.path(), disk: &disk, acts: Acts::default() };
+    disk.run(|| random_history(&mut run, &mut random));
+    let (acts, changes) = (run.acts, disk.changes());
+    let until = usize::try_from(random.next_u64()).unwrap() % (changes.len() + 1);
+    changes[..until].iter().for_each(|change| state.apply(change));
+    let crash = Crash::Random(random.next_u64());
+    let remains = tempfile::tempdir_in("/dev/shm").unwrap();
+    state.write_remains(crash, remains.path());
+    let disk = SimulatedDisk::new(remains.path());
+    disk.run(|| check(remains.path(), &acts, until, 0))
+        .map_err(|problem| format!("seed {seed}, {crash:?} after change {until}: {problem}"))
+}
+
+#[test]
+fn a_random_history_is_whole_after_a_loss_of_power() {
+    let seeds = match std::env::var("DIDIM_SEEDS") {
+        Err(_) => SEEDS,
+        Ok(text) => {
+            let (from, to) = text.split_once("..").expect("DIDIM_SEEDS is FROM..TO");
+            from.parse().unwrap()..to.parse().unwrap()
+        }
+    };
+    let problems: Vec<String> =
+        seeds.clone().filter_map(|seed| crash_in_history(seed).err()).collect();
+    println!("{} histories, {} problems", seeds.end - seeds.start, problems.len());
+    assert!(problems.is_empty(), "{:#?}", &problems[..problems.len().min(20)]);
 }

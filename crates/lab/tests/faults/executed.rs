@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use super::bench::{Assembled, BASE, assemble, cell, identify, replay};
-use super::file::{Expected, FaultFile, root};
+use super::file::{Expected, FaultFile};
 use super::outcome::Outcome;
 use crate::parallel::in_parallel;
 
@@ -36,17 +36,6 @@ fn every_fault_comes_to_what_was_stated() {
         }
     }
     assert!(wrong.is_empty(), "\n{wrong}");
-}
-
-#[test]
-fn every_fault_that_is_not_executed_here_has_its_test() {
-    for FaultFile { name, covered_by, .. } in FaultFile::read_all() {
-        let Some(fixed_value) = covered_by else { continue };
-        let text = std::fs::read_to_string(root().join(&fixed_value.file));
-        let text = text.unwrap_or_else(|error| panic!("{name}: {}: {error}", fixed_value.file));
-        let test = format!("fn {}(", fixed_value.test);
-        assert!(text.contains(&test), "{name}: {} has no {test}", fixed_value.file);
-    }
 }
 
 fn execute(file: &FaultFile) -> Found {

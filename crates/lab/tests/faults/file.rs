@@ -92,8 +92,7 @@ pub(super) struct CoveredBy {
     pub(super) within: String,
     pub(super) counted: String,
     pub(super) says: String,
-    /// Words of the program or values that the test has to contain.
-    #[serde(default)]
+    /// Words of the program or values that the test asserts.
     pub(super) words: Vec<String>,
 }
 
