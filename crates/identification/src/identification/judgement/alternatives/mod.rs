@@ -312,8 +312,8 @@ fn named<'c>(
 }
 
 /// Returns the best low-pass of all signals. The screening cannot judge it, because its rows are not
-/// filtered: it is fitted with longer and longer time constants, as long as the fit improves. It
-/// needs a residual at every joint.
+/// filtered. It needs a residual at every joint. Time constants shorter than the time between rows
+/// change too little.
 fn low_pass_of_all_signals(
     refit: &Refit<'_>,
     logged: &Experiment,
@@ -331,15 +331,10 @@ fn low_pass_of_all_signals(
         let squares = [squares.clone(), squares.clone()];
         Finalist { alternative, is_inside: true, squares }.fit(refit, logged, torques)
     };
-    let mut best: Option<(f64, Fitted)> = None;
-    for next in lag_times(&refit.context).into_iter().map(fitted) {
-        let gain = sum_of_gains(&next.squares);
-        if gain <= best.as_ref().map_or(0.0, |of| of.0) {
-            break;
-        }
-        best = Some((gain, next));
-    }
-    best.map(|of| of.1)
+    let lags = lag_times(&refit.context).into_iter();
+    let longer = lags.filter(|lag| lag * refit.context.rows_hz() >= 1.0);
+    let gain = |of: &Fitted| sum_of_gains(&of.squares);
+    longer.map(fitted).max_by(|one, other| gain(one).total_cmp(&gain(other)))
 }
 
 /// Alternative that passed the screening.
