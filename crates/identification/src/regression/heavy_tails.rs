@@ -1,6 +1,6 @@
 //! Prior with heavy tails of a configured value, in one dimension.
 
-/// What the data alone know about a nuisance parameter, in units of the tolerance of its configured
+/// Estimate of a nuisance parameter by the data alone, in units of the tolerance of its configured
 /// value.
 ///
 /// The configured value is within its tolerance, or wrong by about ten tolerances, or anything.
@@ -11,9 +11,10 @@ pub(super) struct HeavyTails {
 }
 
 impl HeavyTails {
-    /// Scale \[tolerances\] and weight of each part of the prior. Of 0.9, 0.09, 0.01, of 0.8, 0.15,
-    /// 0.05 and of these weights, these have the smallest error in units of its uncertainty, 1.2,
-    /// for torque gains that are wrong by factors of 1.03 to 3 and known by the data to 6 %.
+    /// Scale \[tolerances\] and weight of each part of the prior. The weights 0.9, 0.09, 0.01 and
+    /// 0.8, 0.15, 0.05 were compared with these. These have the smallest error in units of its
+    /// uncertainty, 1.2, for torque gains that are wrong by factors of 1.03 to 3 and determined by
+    /// the data to 6 %.
     const PARTS: [[f64; 2]; 3] = [[1.0, 0.5], [10.0, 0.4], [100.0, 0.1]];
 
     /// Returns the mean and the variance of the posterior. `colour` is the factor by which the
@@ -24,10 +25,10 @@ impl HeavyTails {
     /// that no data can contradict rests on its tolerance.
     pub(super) fn posterior(&self, colour: f64) -> [f64; 2] {
         let coloured = self.variance * colour * colour;
-        let is_told = 1.0 / (1.0 + coloured);
+        let certainty = 1.0 / (1.0 + coloured);
         let parts = Self::PARTS.map(|[scale, weight]| {
             let (prior, all) = (scale * scale, scale * scale + coloured);
-            let weight = if scale > 1.0 { weight * is_told } else { weight };
+            let weight = if scale > 1.0 { weight * certainty } else { weight };
             let log_weight = (weight / all.sqrt()).ln() - 0.5 * self.mean * self.mean / all;
             let share = prior / (prior + self.variance);
             (log_weight, share * self.mean, share * self.variance)
@@ -49,7 +50,7 @@ impl HeavyTails {
 mod tests {
     use super::*;
 
-    /// Returns √E[η²] with what the data know, in tolerances.
+    /// Returns √E[η²] for this estimate by the data, in tolerances.
     fn size(mean: f64, deviation: f64) -> f64 {
         let data = HeavyTails { mean, variance: deviation * deviation };
         let [mean, variance] = data.posterior(1.0);
@@ -65,10 +66,10 @@ mod tests {
         }
     }
 
-    /// The data tell an error of a few of their standard deviations. Those of this test are at most
-    /// six tolerances.
+    /// The data determine an error of a few of their standard deviations. Those of this test are at
+    /// most six tolerances.
     #[test]
-    fn an_error_that_the_data_tell_is_within_its_uncertainty() {
+    fn an_error_that_the_data_determine_is_within_its_uncertainty() {
         for deviation in [0.1, 0.5, 1.0, 3.0, 6.0] {
             for k in 0..300 {
                 let error = 3.2 * deviation * 1.02_f64.powi(k);
@@ -93,13 +94,13 @@ mod tests {
     fn the_posterior_is_the_product_of_prior_and_likelihood() {
         let (of_data, deviation) = (12.0, 3.0);
         let normal = |x: f64, scale: f64| (-0.5 * (x / scale).powi(2)).exp() / scale;
-        let told = 1.0 / (1.0 + deviation * deviation);
-        let weights = [1.0, told, told];
+        let certainty = 1.0 / (1.0 + deviation * deviation);
+        let shares = [1.0, certainty, certainty];
         let moments = (-60_000..60_000).fold([0.0; 3], |[sum, first, second], k| {
             let x = 0.01 * f64::from(k);
-            let parts = HeavyTails::PARTS.iter().zip(weights);
+            let parts = HeavyTails::PARTS.iter().zip(shares);
             let prior: f64 =
-                parts.map(|([scale, weight], told)| weight * told * normal(x, *scale)).sum();
+                parts.map(|([scale, weight], share)| weight * share * normal(x, *scale)).sum();
             let density = prior * normal(x - of_data, deviation);
             [sum + density, first + density * x, second + density * x * x]
         });

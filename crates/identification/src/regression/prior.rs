@@ -69,11 +69,11 @@ impl JointSolution {
     /// Replaces the priors of configured nuisance parameters by ones with heavy tails
     /// ([`HeavyTails`]). `configured` marks these nuisance parameters.
     ///
-    /// Without the prior of one parameter, the solution says what the data know about it. Its
+    /// Without the prior of one parameter, the solution has its estimate by the data alone. Its
     /// posterior with heavy tails follows in one dimension, over all its modes, and the solution
     /// takes over its mean and variance (expectation propagation: Minka, *UAI*, 2001). The others
-    /// follow by their correlation. Several wrong values change what the data know about each
-    /// other, so this is repeated until nothing changes.
+    /// follow by their correlation. Several wrong values change each other's
+    /// estimates, so this is repeated until nothing changes.
     #[must_use]
     pub(crate) fn with_heavy_tails(&self, configured: &[bool]) -> Self {
         let mut solution = self.clone();
@@ -88,11 +88,11 @@ impl JointSolution {
                 let mean = solution.nuisance_parameters[k];
                 let [prior, weighted_mean] = priors[k];
                 // A difference of nearly equal numbers would consist of rounding errors.
-                let known = 1.0 - variance * prior;
-                if known <= RegressionLimits::DEFAULT.min_certainty {
+                let certainty = 1.0 - variance * prior;
+                if certainty <= RegressionLimits::DEFAULT.min_certainty {
                     continue;
                 }
-                let information = known / variance;
+                let information = certainty / variance;
                 let of_data = (mean / variance - weighted_mean) / information;
                 let data = HeavyTails { mean: of_data, variance: 1.0 / information };
                 let [new_mean, new_variance] = data.posterior(solution.colour_factor);
@@ -366,8 +366,7 @@ fn median_ratio(one: &DMatrix<f64>, other: &DMatrix<f64>) -> f64 {
 mod tests {
     use super::*;
 
-    /// Two parameters, one of them wrong by 30 tolerances; the data know their sum and each of
-    /// them.
+    /// Two parameters, one of them wrong by 30 tolerances; the data determine both.
     #[test]
     fn one_wrong_value_leaves_the_other_at_its_tolerance() {
         let information = DMatrix::from_row_slice(2, 2, &[2.0, 1.0, 1.0, 2.0]);

@@ -311,9 +311,9 @@ fn named<'c>(
     (!is_rivalled).then_some(first)
 }
 
-/// Returns the best low-pass of all signals. The screening cannot judge it, because its rows are not
-/// filtered. It needs a residual at every joint. Time constants shorter than the time between rows
-/// change too little.
+/// Returns the best low-pass of all signals. The screening cannot judge it, because its rows are
+/// not filtered. It needs a residual at every joint. Time constants shorter than the time between
+/// rows change too little.
 fn low_pass_of_all_signals(
     refit: &Refit<'_>,
     logged: &Experiment,
