@@ -36,6 +36,8 @@ pub mod files;
 pub mod live;
 pub mod proposal;
 pub mod report;
+#[cfg(test)]
+mod seeds;
 #[cfg(target_os = "linux")]
 pub mod service;
 pub mod signals;

@@ -9,6 +9,9 @@
 mod arm;
 mod bus;
 mod draw;
+// As the simulated arm's tests have it.
+#[path = "../../sim-fixtures/tests/common/parallel.rs"]
+mod parallel;
 mod stored;
 
 use std::collections::{HashMap, VecDeque};
@@ -29,11 +32,13 @@ use crate::archive::drift::DriftOptions;
 use crate::archive::store::{Attachments, ResultRecord, Timestamp};
 use crate::files::simulated::{Crash, DiskState, Failure, SimulatedDisk};
 use crate::live::worker::{WindowEvent, Windower};
+use crate::seeds::seeds;
 use crate::text::sha256;
 use crate::window::Window;
 use arm::Motion;
 use bus::{Bus, START_NS};
 use draw::{MILLIONTH, MachineFault, Plan};
+use parallel::in_parallel;
 use stored::{Facts, configuration};
 
 /// Largest distance of an accepted parameter from the truth, in combined uncertainties.
@@ -468,15 +473,6 @@ fn check_sums(losses: &Losses) {
 /// In every run of the tests; `DIDIM_SEEDS=7` or `DIDIM_SEEDS=1000..3000` is for others.
 const SEEDS: Range<u64> = 0..50;
 
-fn seeds() -> Range<u64> {
-    let Ok(text) = std::env::var("DIDIM_SEEDS") else { return SEEDS };
-    let number = |text: &str| text.parse().expect("DIDIM_SEEDS is a number or FROM..TO");
-    match text.split_once("..") {
-        Some((from, to)) => number(from)..number(to),
-        None => number(&text)..number(&text) + 1,
-    }
-}
-
 /// Prints what came of one seed, and returns its problems.
 fn run_seed(seed: u64, is_printed: bool) -> (Vec<String>, usize, usize) {
     let plan = Plan::draw(seed);
@@ -502,32 +498,15 @@ fn run_seed(seed: u64, is_printed: bool) -> (Vec<String>, usize, usize) {
 
 #[test]
 fn no_fault_of_the_machine_costs_a_stored_result_or_changes_another() {
-    let seeds = seeds();
-    let is_printed = seeds.end - seeds.start <= 10;
-    let next = std::sync::atomic::AtomicU64::new(seeds.start);
-    let work = || {
-        let mut found = (Vec::new(), 0, 0);
-        loop {
-            let seed = next.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
-            if seed >= seeds.end {
-                return found;
-            }
-            let (problems, stored, accepted) = run_seed(seed, is_printed);
-            found.0.extend(problems);
-            (found.1, found.2) = (found.1 + stored, found.2 + accepted);
-        }
-    };
-    let threads = std::thread::available_parallelism().map_or(1, usize::from);
-    let found: Vec<_> = std::thread::scope(|scope| {
-        let running: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
-        running.into_iter().map(|thread| thread.join().unwrap()).collect()
-    });
+    let seeds = seeds(SEEDS);
+    let count = usize::try_from(seeds.end - seeds.start).unwrap();
+    let is_printed = count <= 10;
+    let found = in_parallel(count, |index| run_seed(seeds.start + index as u64, is_printed));
     let problems: Vec<&String> = found.iter().flat_map(|(problems, ..)| problems).collect();
     let [stored, accepted] =
         [found.iter().map(|of| of.1).sum::<usize>(), found.iter().map(|of| of.2).sum()];
     println!(
-        "{} runs, {stored} results stored, {accepted} of the results usable, {} problems",
-        seeds.end - seeds.start,
+        "{count} runs, {stored} results stored, {accepted} of the results usable, {} problems",
         problems.len()
     );
     assert!(problems.is_empty(), "{problems:#?}");

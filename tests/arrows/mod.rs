@@ -37,7 +37,10 @@ const ORDER: [(&str, &str); 15] = [
         payload prediction judgement observation problem",
     ),
     ("drivers/src", "samples assemble source socket std_clock clock units layout ethercat frame"),
-    ("src", "proposal check service report analysis cell live archive signals files window text"),
+    (
+        "src",
+        "proposal check service report analysis cell live archive signals files window text seeds",
+    ),
     ("src/service", "machine_faults metrics reload pipeline supervision status paths"),
     (
         "src/live",

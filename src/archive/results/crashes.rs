@@ -438,13 +438,7 @@ fn crash_in_history(seed: u64) -> Result<(), String> {
 
 #[test]
 fn a_random_history_is_whole_after_a_loss_of_power() {
-    let seeds = match std::env::var("DIDIM_SEEDS") {
-        Err(_) => SEEDS,
-        Ok(text) => {
-            let (from, to) = text.split_once("..").expect("DIDIM_SEEDS is FROM..TO");
-            from.parse().unwrap()..to.parse().unwrap()
-        }
-    };
+    let seeds = crate::seeds::seeds(SEEDS);
     let problems: Vec<String> =
         seeds.clone().filter_map(|seed| crash_in_history(seed).err()).collect();
     println!("{} histories, {} problems", seeds.end - seeds.start, problems.len());

@@ -12,6 +12,7 @@ use super::draw::Draw;
 use super::executed::FARTHEST;
 use super::file::BusOf;
 use crate::parallel::in_parallel;
+use crate::seeds::seeds;
 
 /// In every test; `DIDIM_SEEDS=7` or `DIDIM_SEEDS=1000..6000` is for others.
 const SEEDS: Range<u64> = 1..151;
@@ -27,18 +28,9 @@ struct Run {
     farthest: Option<(String, f64)>,
 }
 
-fn seeds() -> Range<u64> {
-    let Ok(text) = std::env::var("DIDIM_SEEDS") else { return SEEDS };
-    let number = |text: &str| text.parse().expect("DIDIM_SEEDS is a number or FROM..TO");
-    match text.split_once("..") {
-        Some((from, to)) => number(from)..number(to),
-        None => number(&text)..number(&text) + 1,
-    }
-}
-
 #[test]
 fn nothing_wrong_is_called_good_whatever_hurts_the_record() {
-    let seeds = seeds();
+    let seeds = seeds(SEEDS);
     let count = usize::try_from(seeds.end - seeds.start).unwrap();
     let runs = in_parallel(count, |index| run(seeds.start + index as u64));
     let mut wrong = Vec::new();
