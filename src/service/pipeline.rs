@@ -21,6 +21,7 @@ use crate::live::recording::{
 use crate::live::stream::{Pace, PrivateNetwork, SHARED_MEMORY, StreamError};
 use crate::live::window_options::WindowOptionError;
 use crate::live::worker::{Configuration, FindLoad, IdentifiedWindow, TimeOfDay, WorkerOptions};
+use crate::service::limits::{LimitTooLow, require_limits};
 use crate::service::paths::Paths;
 use crate::service::supervision::{AcquisitionPart, EstimationPart};
 use crate::window::Window;
@@ -57,6 +58,9 @@ pub enum PipelineError {
     /// A folder cannot be created, or other users may change its content.
     #[error(transparent)]
     Folder(#[from] FolderError),
+    /// A limit of the process is too low.
+    #[error(transparent)]
+    Limit(#[from] LimitTooLow),
     /// The files of a single run cannot be created. Check the permissions and the free space.
     #[error("{}: {cause}; check its permissions and the space left", place.display())]
     OneRun {
@@ -88,8 +92,9 @@ impl OneRun {
     /// Creates a folder for the run. If `state` is given, results are stored there.
     ///
     /// # Errors
-    /// [`PipelineError::Folder`] and [`PipelineError::OneRun`].
+    /// [`PipelineError::Limit`], [`PipelineError::Folder`] and [`PipelineError::OneRun`].
     pub fn new(state: Option<PathBuf>) -> Result<Self, PipelineError> {
+        require_limits()?;
         let usual = std::env::temp_dir();
         let base = if usual.as_os_str().len() > MAX_TEMPORARY { "/tmp".into() } else { usual };
         let folder = tempfile::Builder::new()

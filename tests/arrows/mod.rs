@@ -41,7 +41,7 @@ const ORDER: [(&str, &str); 15] = [
         "src",
         "proposal check service report analysis cell live archive signals files window text seeds",
     ),
-    ("src/service", "machine_faults metrics reload pipeline supervision status paths"),
+    ("src/service", "machine_faults metrics reload pipeline limits supervision status paths"),
     (
         "src/live",
         "worker acquire recording stream latency pause limits real_time_options \

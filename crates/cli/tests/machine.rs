@@ -1,5 +1,7 @@
 //! Faults of the machine below a running service: a process that is stopped, an interface that is
-//! not there.
+//! not there, limits that are too low.
+
+mod limits;
 
 use std::process::Command;
 use std::time::Duration;
@@ -58,10 +60,15 @@ const INSIDE: &str = "DIDIM_TEST_INSIDE_A_NETWORK_OF_ITS_OWN";
 #[test]
 #[ignore = "needs a network of its own: tests/run"]
 fn a_service_without_its_interface_starts_and_waits() {
-    if std::env::var_os(INSIDE).is_some() {
-        return without_interface();
-    }
     let test = "machine::a_service_without_its_interface_starts_and_waits";
+    in_own_network(test, without_interface);
+}
+
+/// Runs the body of a test in a network of its own, in which this program runs the test again.
+fn in_own_network(test: &str, body: fn()) {
+    if std::env::var_os(INSIDE).is_some() {
+        return body();
+    }
     let mut command = Command::new("unshare");
     command.arg("-rn").arg(std::env::current_exe().unwrap());
     command.args(["--ignored", "--exact", test, "--nocapture"]).env(INSIDE, "1");

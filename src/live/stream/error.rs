@@ -78,8 +78,8 @@ pub enum StreamError {
     /// A service with this name exists with other options or of another version. Stop the other
     /// process, or use the same cell file for both.
     #[error(
-        "cannot open the service {name}: {cause}; every process of a cell must run the same \
-         version with the same cell file"
+        "cannot open the service {name}: {cause}; use the same version and cell file for every \
+         process of a cell, and check their limits of memory and open files"
     )]
     Service {
         /// Name of the service.
@@ -89,7 +89,10 @@ pub enum StreamError {
     },
     /// A port cannot be created, usually because the maximum number of ports exists: a cell has one
     /// acquisition. Stop the other process.
-    #[error("cannot make a {port} of {name}: {cause}; is another process doing this already?")]
+    #[error(
+        "cannot make a {port} of {name}: {cause}; is another process doing this already, or are \
+         memory or open files of this process limited?"
+    )]
     Port {
         /// Kind of port: publisher, subscriber, notifier or listener.
         port: &'static str,

@@ -197,6 +197,19 @@ pub(crate) const AT_1_KHZ: [(&str, &str); 3] = [
     ("sample_period_s = 2e-4", "sample_period_s = 1e-3"),
 ];
 
+/// `didim run` of an installation, or a part of it, started by another program with its arguments.
+pub(crate) fn run_below(starter: &[&str], cell: &Installation, part: Option<&str>) -> Command {
+    let program = [env!("CARGO_BIN_EXE_didim")];
+    let mut words = starter.iter().chain(&program);
+    let mut command = Command::new(words.next().unwrap());
+    command.args(words).args(["run", "--cell"]).arg(cell.cell()).arg("--state").arg(cell.state());
+    command.arg("--runtime").arg(cell.runtime()).stdin(Stdio::null());
+    if let Some(part) = part {
+        command.args(["--part", part]);
+    }
+    command
+}
+
 /// A running `didim run`.
 pub(crate) struct Daemon {
     process: Process,
@@ -207,20 +220,18 @@ pub(crate) struct Daemon {
 impl Daemon {
     /// Starts the daemon, or a part of it, and waits until it tells its status.
     pub(crate) fn start(installation: &Installation, part: Option<&str>) -> Self {
+        Self::start_below(&[], installation, part)
+    }
+
+    /// The same by another program, which becomes the daemon.
+    pub(crate) fn start_below(
+        starter: &[&str],
+        installation: &Installation,
+        part: Option<&str>,
+    ) -> Self {
         let log = installation.path(&format!("{}.log", part.unwrap_or("both")));
         let file = fs::File::create(&log).unwrap();
-        let mut command = command(&[
-            &"run",
-            &"--cell",
-            &installation.cell(),
-            &"--state",
-            &installation.state(),
-            &"--runtime",
-            &installation.runtime(),
-        ]);
-        if let Some(part) = part {
-            command.args(["--part", part]);
-        }
+        let mut command = run_below(starter, installation, part);
         let socket = match part {
             Some("acquisition") => "acquisition.sock",
             _ => "status.sock",

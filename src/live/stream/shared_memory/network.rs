@@ -229,6 +229,10 @@ fn remove(folder: &Path, prefix: &str) {
     if !is_drawn(prefix) {
         return;
     }
+    // The file that is locked shows the next start that something is left.
+    if fs::read_dir(SHARED_MEMORY).is_err() {
+        return;
+    }
     let lock = format!("{prefix}{LOCK_SUFFIX}");
     for name in names().filter(|name| name.starts_with(prefix) && *name != lock) {
         let _ = fs::remove_file(Path::new(SHARED_MEMORY).join(name));

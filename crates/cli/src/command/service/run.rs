@@ -10,6 +10,7 @@ use didim::analysis::identify::LastIdentification;
 use didim::archive::events::EventSource;
 use didim::cell::{Cell, Processes};
 use didim::live::stream::ServiceNetwork;
+use didim::service::limits::require_limits;
 use didim::service::paths::Paths;
 use didim::service::pipeline::{
     PipelineError, archiver_options, build_acquisition, build_estimation, make_recordings,
@@ -46,6 +47,7 @@ enum Part {
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
+    require_limits().map_err(CliError::from_failure)?;
     let cell = Cell::read_decided(&arguments.cell).map_err(CliError::from_configuration)?;
     let mut paths = Paths::of_service(&cell);
     if let Some(state) = &arguments.state {
