@@ -17,6 +17,7 @@ walk_through() {
     kill_it
     replay_a_recording
     run_two_processes
+    run_two_arms
     remove_it
 }
 
@@ -47,7 +48,7 @@ install_the_package() {
     version=$(sed -n 's/^systemd \([0-9]*\).*/\1/p' <<<"$output")
     ((version < 253)) || return 0
     say 'This systemd does not know `Type=notify-reload` yet (253 does): the drop-in of the installation guide.'
-    root 'for unit in didim didim-acquire didim-estimate; do
+    root 'for unit in didim didim@ didim-acquire didim-estimate; do
     mkdir --parents /etc/systemd/system/$unit.service.d
     printf "[Service]\nType=notify\nExecReload=kill -HUP \$MAINPID\n" >/etc/systemd/system/$unit.service.d/reload.conf
 done
@@ -251,10 +252,51 @@ systemctl enable --now didim.target"
     expect_not '^recordings not kept'
 }
 
+run_two_arms() {
+    section 'Two arms'
+    say 'The target alone comes back before its halves have ended: who waits for them names them.'
+    root 'systemctl disable --now didim.target; systemctl stop didim-acquire didim-estimate didim-metrics; ls /run/didim /dev/shm'
+    expect_not 'sock$' 'didim_'
+    say 'A cell for each arm, of 1000 samples a second on a bus of its own:'
+    root "cd /etc/didim
+sed -e 's/^name = .*/name = \"left\"/' -e '/^processes = /d' cell.toml >left.toml
+sed -e 's/^name = .*/name = \"right\"/' -e 's/can:vcan0/can:vcan1/' left.toml >right.toml
+didim sim --cell right.toml --bus can:vcan1 --repeat >/dev/null 2>&1 &
+systemctl enable --now didim@left didim@right"
+    root 'systemctl status didim@left didim@right | grep -E "^●|Active:"'
+    expect 'didim@left.service' 'didim@right.service'
+    local arm port=9753
+    for arm in left right; do
+        eventually "test -e /var/lib/didim/$arm/result-00000001.json"
+        eventually "didim status --runtime /run/didim/$arm | grep -qE '^health +ok\$'"
+        root "didim status --runtime /run/didim/$arm"
+        expect "^cell +$arm " '^health +ok$' '^bus +ok$' '^verdict +applicable$'
+        root "didim history --state /var/lib/didim/$arm"
+        expect '^1 .* yes '
+    done
+    say 'Folders, sockets and names in shared memory are separate:'
+    root 'ls /run/didim/left /run/didim/right /var/lib/didim/left; grep . /run/didim/*/ipc.prefix; ls /dev/shm | cut -d _ -f 1,2 | sort | uniq --count'
+    expect '^status.sock$' '^history.jsonl$'
+    (($(grep -cE '^ +[0-9]+ didim_[0-9a-f]{12}$' <<<"$output") == 2)) || fail 'the arms share names in shared memory'
+    say 'So are the metrics:'
+    for arm in left right; do
+        root "echo 'DIDIM_METRICS_ARGUMENTS=\"--listen 127.0.0.1:$port\"' >/etc/default/didim-metrics-$arm
+systemctl enable --now didim-metrics@$arm"
+        eventually "exec 3<>/dev/tcp/127.0.0.1/$port"
+        typed '#' "exec 3<>/dev/tcp/127.0.0.1/$port; printf \"GET /metrics HTTP/1.0\r\n\r\n\" >&3
+grep -E \"^didim_(up|service_info|healthy|samples_total|estimate_applicable)[ {]\" <&3"
+        expect '^didim_up 1$' '^didim_estimate_applicable 1$' "cell=\"$arm\""
+        ((port += 1))
+    done
+    say 'One of them is killed; the other does not notice, and the killed one comes back.'
+    root 'systemctl kill --signal=KILL didim@left; sleep 1; didim status --runtime /run/didim/right | head -n 7'
+    expect '^cell +right ' '^bus +ok$'
+    eventually 'didim status --runtime /run/didim/left'
+}
+
 remove_it() {
     section 'Remove'
-    say 'The target alone comes back before its halves have ended: who waits for them names them.'
-    root 'systemctl stop didim.target didim-acquire didim-estimate; ls /run/didim /dev/shm'
+    root 'systemctl stop didim@left didim@right; ls -R /run/didim /dev/shm'
     expect_not 'sock$' 'didim_'
     enter pkill --full 'didim sim' || true
     root 'dpkg --remove didim'
