@@ -73,12 +73,12 @@ const LIMITS: ClockLimits = ClockLimits::DEFAULT;
 /// is mapped. Every stamp then lies before the pair. After a step, one batch may contain stamps
 /// from before and from after the step. Each stamp is mapped with the offset that gives the later
 /// time, if this time is not after the pair. The reason is that a stamp cannot be in the future and
-/// is recent when it is read.
+/// is recent when it is read. A stamp of the earlier offset is not after the pair that showed the
+/// step either, unless the step is so small that a hardware clock has not followed it yet.
 #[derive(Clone, Debug)]
 pub struct ClockMap {
     offset: i128,
-    /// Offset before the last step \[ns\], and the time until which it may apply \[monotonic ns\].
-    before_step: Option<(i128, u64)>,
+    before_step: Option<BeforeStep>,
     /// Uncertainty of the pair that gave the offset \[ns\].
     uncertainty_ns: u64,
     /// Instant of the latest pair \[monotonic ns\].
@@ -86,6 +86,17 @@ pub struct ClockMap {
     /// Last stamp that was returned \[monotonic ns\].
     last_ns: u64,
     counters: ClockCounters,
+}
+
+/// The offset before the last step.
+#[derive(Clone, Copy, Debug)]
+struct BeforeStep {
+    /// The offset \[ns\].
+    offset: i128,
+    /// Latest instant of a stamp with this offset \[monotonic ns\].
+    last_stamp_ns: u64,
+    /// Time until which such stamps may arrive \[monotonic ns\].
+    until_ns: u64,
 }
 
 impl ClockMap {
@@ -106,7 +117,7 @@ impl ClockMap {
         let gained = self.offset - pair.offset();
         let noise =
             u128::from(pair.uncertainty_ns) + u128::from(self.uncertainty_ns) + LIMITS.noise_ns;
-        if self.before_step.is_some_and(|(_, until)| pair.monotonic_ns > until) {
+        if self.before_step.is_some_and(|before| pair.monotonic_ns > before.until_ns) {
             self.before_step = None;
         }
         self.latest_ns = pair.monotonic_ns;
@@ -121,8 +132,10 @@ impl ClockMap {
             self.counters.drift_ns = self.counters.drift_ns.saturating_add(by_ns);
             return ClockChange::Drift { by_ns };
         }
-        self.before_step =
-            Some((before, pair.monotonic_ns.saturating_add(LIMITS.step_memory_ns())));
+        let until_ns = pair.monotonic_ns.saturating_add(LIMITS.step_memory_ns());
+        let is_followed = gained.unsigned_abs() >= LIMITS.hardware_step_ns.unsigned_abs();
+        let last_stamp_ns = if is_followed { pair.monotonic_ns } else { until_ns };
+        self.before_step = Some(BeforeStep { offset: before, last_stamp_ns, until_ns });
         self.counters.steps += 1;
         self.counters.last_step_ns = by_ns;
         ClockChange::Step { by_ns }
@@ -135,8 +148,10 @@ impl ClockMap {
         let shifted = |offset: i128| i128::from(realtime_ns) + offset;
         let now = shifted(self.offset);
         let mapped = match self.before_step {
-            Some((before, _)) => {
-                [now, shifted(before)].into_iter().filter(|at| *at <= latest).max()
+            Some(BeforeStep { offset, last_stamp_ns, .. }) => {
+                let earlier = (shifted(offset), latest.min(last_stamp_ns.into()));
+                let valid = [(now, latest), earlier].into_iter().filter(|(at, last)| at <= last);
+                valid.map(|(at, _)| at).max()
             }
             None => (now <= latest).then_some(now),
         };
@@ -215,6 +230,21 @@ mod tests {
         }
         across_a_step(20 * 1_000_000);
         across_a_step(-20 * 1_000_000);
+    }
+
+    /// Frames that are read later than the step is large do not belong to the clock before it.
+    #[test]
+    fn a_late_read_after_a_step_moves_no_stamp() {
+        let by_ns = 22_000_000;
+        let mut map = ClockMap::new(pair(START, 0));
+        let shifted = |n: u64| START + n * MS + by_ns;
+        map.handle_pair(pair(shifted(10), 10 * MS));
+        assert_eq!((map.map(START + 9 * MS), map.map(shifted(10))), (9 * MS, 10 * MS));
+        map.handle_pair(pair(shifted(50), 50 * MS));
+        for n in 11..50 {
+            assert_eq!(map.map(shifted(n)), n * MS, "frame {n}");
+        }
+        assert_eq!((map.counters().steps, map.counters().held_back), (1, 0));
     }
 
     /// A step too small for the hardware clock to detect at once: it continues with the earlier
