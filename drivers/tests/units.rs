@@ -68,6 +68,12 @@ fn a_factor_corrects_the_scale() {
     assert!(close(scales.reference_rad(3, 100.0 - 8192.0, 0.0), TAU / 2.0));
     assert!(close(scales.torque_nm(0, 250.0), 0.25 * 2.0 * 1.25));
     assert!(close(scales.torque_value(0, 0.625), 250.0));
+    assert!(close(scales.position_per_rad(3), -16_384.0 / TAU));
+    // The hash of a configuration is that of what is written.
+    let written = toml::to_string(&drives(&text, 1)[0]).unwrap();
+    assert_eq!(written.matches("factor = ").count(), 2, "{written}");
+    let written = toml::to_string(&drives(DRIVES, 1)[0]).unwrap();
+    assert_eq!(written.matches("factor = ").count(), 0, "{written}");
 }
 
 #[test]

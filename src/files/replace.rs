@@ -194,6 +194,7 @@ mod tests {
             Ok(())
         });
         assert!(written.is_err() && !path.exists());
+        assert!(unfinished.paths().is_empty(), "a service writes for years");
     }
 
     #[test]

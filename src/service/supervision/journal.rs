@@ -58,3 +58,55 @@ fn write_events(file: &std::path::Path, events: &Receiver<Event>) {
         is_refused = written.is_err();
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::fs::{self, File};
+    use std::sync::Arc;
+    use std::time::Duration;
+
+    use super::*;
+    use crate::archive::events::EventKind;
+    use crate::archive::store::Timestamp;
+
+    fn event() -> Event {
+        Event {
+            time: Timestamp::from_unix_s(1_700_000_000),
+            event: EventKind::Unhealthy,
+            phase: Phase::Once,
+            interface: None,
+            count: 1,
+            duration_s: None,
+            cause: None,
+        }
+    }
+
+    /// Sends four events. The folder of the file exists when the third one comes.
+    fn send_four(folder: &std::path::Path, sender: &SyncSender<Event>) {
+        for number in 0..4 {
+            match number {
+                2 => fs::create_dir(folder).unwrap(),
+                3 => fs::remove_dir_all(folder).unwrap(),
+                _ => {}
+            }
+            sender.send(event()).unwrap();
+            // Each is a write of its own.
+            std::thread::sleep(Duration::from_millis(100));
+        }
+    }
+
+    #[test]
+    fn a_disk_that_refuses_events_is_reported_once_until_it_takes_them() {
+        let folder = tempfile::tempdir().unwrap();
+        let (log, state) = (folder.path().join("log"), folder.path().join("state"));
+        let writer = Arc::new(File::create(&log).unwrap());
+        let subscriber = tracing_subscriber::fmt().with_writer(writer).finish();
+        let (sender, events) = sync_channel(MAX_WAITING);
+        let file = state.join("events.jsonl");
+        let sending = std::thread::spawn(move || send_four(&state, &sender));
+        tracing::subscriber::with_default(subscriber, || write_events(&file, &events));
+        sending.join().unwrap();
+        let words = fs::read_to_string(&log).unwrap();
+        assert_eq!(words.matches("events are not stored").count(), 2, "{words}");
+    }
+}
