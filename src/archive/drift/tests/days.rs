@@ -104,3 +104,25 @@ fn a_result_of_an_unset_clock_is_judged_and_has_no_part_in_the_trend() {
     let text = first.sentence("fc3").unwrap();
     assert!(text.contains(" since the baseline, +"), "{text}");
 }
+
+#[test]
+fn a_long_history_in_bounded_memory_has_the_requested_results() {
+    // A hundred a day.
+    fn result(number: u64) -> HistoryLine {
+        let time = Timestamp::from_unix_s(START_S + 864 * number);
+        HistoryLine { time, ..line(number, 6.0) }
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let lines = (0..1_500).map(|number| serde_json::to_string(&result(number)).unwrap() + "\n");
+    std::fs::write(folder.path().join("history.jsonl"), lines.collect::<String>()).unwrap();
+    let options = DriftOptions::default();
+    let history = JudgedHistory::read(folder.path(), None, options, &[3]).unwrap();
+    assert_eq!(history.result_count(), 1_500);
+    for number in [3, 1_499] {
+        assert_eq!(history.result(number), Some(&result(number)));
+    }
+    assert_eq!(history.result(4), None, "a row of its day stands for it");
+    let mut numbers = Vec::new();
+    history.for_each_entry(|entry| numbers.push(entry.line.result)).unwrap();
+    assert_eq!(numbers, (0..1_500).collect::<Vec<_>>());
+}
