@@ -35,6 +35,7 @@ mod real_arms;
 mod recording;
 mod recordings;
 mod reload;
+mod repeated;
 mod result_schema;
 mod results;
 mod settings;

@@ -24,6 +24,8 @@ pub struct ResidualAnalysis<'a> {
     pub(super) basis: OrthonormalBasis<'a>,
     pub(super) basis_spectra: Spectra<'a>,
     pub(super) leverage: Vec<Vec<f64>>,
+    /// Number of equivalent rows of which one counts.
+    pub(super) repeats: f64,
     spectrum: ResidualSpectrum<'a>,
 }
 
@@ -36,8 +38,28 @@ impl<'a> ResidualAnalysis<'a> {
         let basis_spectra = Spectra::of_product(filter, matrix, &solution.r_inverse, levels);
         let mut leverage = filter.zero_leverage(system.joints());
         basis_spectra.add_leverage(system.rows_per_joint(), &mut leverage);
-        let spectrum = ResidualSpectrum::fit(system, &leverage, &solution.residuals, filter);
-        Self { system, solution, filter, basis, basis_spectra, leverage, spectrum }
+        let spectrum = ResidualSpectrum::fit(system, &leverage, &solution.residuals, filter, 1.0);
+        Self { system, solution, filter, basis, basis_spectra, leverage, repeats: 1.0, spectrum }
+    }
+
+    /// Returns the analysis if only one of `repeats` equivalent rows counts: a motion that is
+    /// repeated has the same model errors each time.
+    #[must_use]
+    pub fn counting_once(mut self, repeats: f64) -> Self {
+        if repeats > 1.0 {
+            self.repeats = repeats;
+            self.spectrum = self.spectrum_of(&self.leverage, &self.solution.residuals);
+        }
+        self
+    }
+
+    /// Fits the spectrum of other residuals (r), of which a fit removed these shares.
+    pub(super) fn spectrum_of(
+        &self,
+        leverage: &[Vec<f64>],
+        residuals: &DVector<f64>,
+    ) -> ResidualSpectrum<'a> {
+        ResidualSpectrum::fit(self.system, leverage, residuals, self.filter, self.repeats)
     }
 
     /// Returns the spectrum of the errors of the rows.
@@ -49,7 +71,8 @@ impl<'a> ResidualAnalysis<'a> {
     /// of the same columns. The share of the residual power that the fit removes is taken from this
     /// solution.
     pub(crate) fn effective_rows_of(&self, other: &Observations, solution: &Solution) -> Vec<f64> {
-        ResidualSpectrum::fit(other, &self.leverage, &solution.residuals, self.filter)
+        let residuals = &solution.residuals;
+        ResidualSpectrum::fit(other, &self.leverage, residuals, self.filter, self.repeats)
             .effective_rows_per_joint()
     }
 

@@ -7,7 +7,6 @@ use super::error::RegressionError;
 use super::limits::RegressionLimits;
 use super::products::subtract_share;
 use super::spectra::{OrthonormalBasis, Spectra};
-use super::spectrum::ResidualSpectrum;
 
 /// Smallest part of a column that has to be linearly independent of the others, relative to its
 /// length. A smaller part cannot be distinguished from rounding errors.
@@ -58,8 +57,8 @@ impl ResidualAnalysis<'_> {
         let mut leverage = self.leverage.clone();
         let spectra = Spectra::of_columns(self.filter, &outside, self.system.joints());
         spectra.add_leverage(self.system.rows_per_joint(), &mut leverage);
-        let spectrum = ResidualSpectrum::fit(self.system, &leverage, &remaining, self.filter);
-        let covariance = spectrum.covariance_of(&spectra, levels);
+        let spectrum = self.spectrum_of(&leverage, &remaining);
+        let covariance = spectrum.covariance_of(&spectra, levels) * self.repeats;
         if Cholesky::new(covariance.clone()).is_none() {
             return Err(RegressionError::OutOfRange);
         }

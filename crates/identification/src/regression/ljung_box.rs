@@ -57,7 +57,7 @@ mod tests {
             let system = Observations::new(column, residuals.clone(), 1).unwrap();
             let filter = RowFilter::new(residuals.len(), 1.0, |_| 1.0);
             let none = filter.zero_leverage(1);
-            let spectrum = ResidualSpectrum::fit(&system, &none, &residuals, &filter);
+            let spectrum = ResidualSpectrum::fit(&system, &none, &residuals, &filter, 1.0);
             let test = spectrum.ljung_box_per_joint()[0];
             assert_eq!(i64::try_from(test.lag_count).unwrap(), lag_count);
             let relative = |found: f64, expected: f64| (found / expected - 1.0).abs();

@@ -72,8 +72,8 @@ impl JointSolution {
     /// Without the prior of one parameter, the solution has its estimate by the data alone. Its
     /// posterior with heavy tails follows in one dimension, over all its modes, and the solution
     /// takes over its mean and variance (expectation propagation: Minka, *UAI*, 2001). The others
-    /// follow by their correlation. Several wrong values change each other's
-    /// estimates, so this is repeated until nothing changes.
+    /// follow by their correlation. Several wrong values change each other's estimates, so this is
+    /// repeated until nothing changes.
     #[must_use]
     pub(crate) fn with_heavy_tails(&self, configured: &[bool]) -> Self {
         let mut solution = self.clone();
@@ -101,7 +101,8 @@ impl JointSolution {
                     new_mean / new_variance - of_data * information,
                 ];
                 solution.set_moments(k, [new_mean, new_variance]);
-                let change = (new_mean - mean).abs().max(new_variance.sqrt() - variance.sqrt());
+                let wider = new_variance.sqrt() - variance.sqrt();
+                let change = (new_mean - mean).abs().max(wider.abs());
                 largest_change = largest_change.max(change / new_variance.sqrt());
             }
             if largest_change < SETTLED {
@@ -236,8 +237,7 @@ impl ResidualAnalysis<'_> {
     /// deviation 1. `products` are the products of these columns.
     ///
     /// The noise level of each joint is that of its residuals, but at least that of `floors`. The
-    /// noise is assumed to be white within the filter's passband. Only one of `repeats` equivalent
-    /// rows counts.
+    /// noise is assumed to be white within the filter's passband.
     ///
     /// # Errors
     /// [`RegressionError::OutOfRange`] if the equation cannot be solved.
@@ -246,13 +246,12 @@ impl ResidualAnalysis<'_> {
         further: &dyn FurtherColumns,
         products: &JointProducts,
         floors: &[f64],
-        repeats: f64,
     ) -> Result<JointSolution, RegressionError> {
         let width = self.system.matrix().ncols();
         let mut before = self.spectrum().clone();
         before.raise_to(floors);
         let PriorSolution { parameter_change: change, nuisance_parameters: nuisance, covariance } =
-            solve_with_prior(products, width, &before, repeats)?;
+            solve_with_prior(products, width, &before, self.repeats)?;
         // Identified nuisance parameters use up one independent row each, in proportion to their
         // certainty.
         let certainty: f64 = (width..covariance.ncols()).map(|k| 1.0 - covariance[(k, k)]).sum();
@@ -264,21 +263,20 @@ impl ResidualAnalysis<'_> {
         self.system.matrix().add_times(-1.0, &change, remaining.as_mut_slice());
         remaining -= further.weighted_sum(&nuisance);
         remaining /= share.sqrt();
-        let spectrum = ResidualSpectrum::fit(self.system, &self.leverage, &remaining, self.filter);
+        let spectrum = self.spectrum_of(&self.leverage, &remaining);
         drop(remaining);
         let mut raised = spectrum.clone();
         raised.raise_to(floors);
-        let covariances = self.covariances_by(&[&spectrum, &raised.to_white(), &raised]);
+        let mut covariances = self.covariances_by(&[&spectrum, &raised.to_white(), &raised]);
         let colour = median_ratio(&covariances[0], &covariances[1]);
-        let noise = &covariances[2] * repeats;
         // Solves again with the noise that remains after subtracting the nuisance parameters.
         let PriorSolution { parameter_change: change, nuisance_parameters: nuisance, covariance } =
-            solve_with_prior(products, width, &raised, repeats)?;
+            solve_with_prior(products, width, &raised, self.repeats)?;
         Ok(JointSolution {
             parameter_change: change,
             nuisance_parameters: nuisance,
             covariance,
-            noise,
+            noise: covariances.swap_remove(2),
             colour_factor: colour,
         })
     }
@@ -300,7 +298,7 @@ impl ResidualAnalysis<'_> {
             .map(|of_basis: DMatrix<f64>| {
                 let covariance =
                     matrix_product(&matrix_product(r_inverse, &of_basis), &r_inverse.transpose());
-                (&covariance + covariance.transpose()) * 0.5
+                (&covariance + covariance.transpose()) * (0.5 * self.repeats)
             })
             .collect()
     }

@@ -6,6 +6,7 @@
 //! power spectrum is that of filtered white noise, multiplied by a smooth function that is fitted
 //! to the residuals.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector};
@@ -24,6 +25,8 @@ use didim_dynamics::numeric::with_vector_instructions;
 #[derive(Clone, Debug)]
 pub struct ResidualSpectrum<'a> {
     rows: usize,
+    /// Number of equivalent rows of which one counts.
+    repeats: f64,
     filter: &'a RowFilter,
     joints: Vec<JointSpectrum>,
     /// Correlation between the joints' errors at the same instant (n × n).
@@ -62,29 +65,32 @@ impl JointSpectrum {
 
 impl<'a> ResidualSpectrum<'a> {
     /// Fits the spectrum to unweighted residuals (r). `leverage` is the share of the power that the
-    /// fit has removed at each frequency, for each joint.
+    /// fit has removed at each frequency, for each joint. Of `repeats` equivalent rows one counts.
     pub(super) fn fit(
         system: &Observations,
         leverage: &[Vec<f64>],
         residuals: &DVector<f64>,
         filter: &'a RowFilter,
+        repeats: f64,
     ) -> Self {
+        let independent_rows = filter.independent_rows(system.rows_per_joint()) / repeats;
         let rows = system.rows_per_joint();
         let (mut joints, mut whitened) = (Vec::new(), Vec::new());
         let transforms = filter.transforms(residuals.as_slice(), rows);
+        let width = repeats * filter.fourier.length() as f64 / rows as f64;
         for ((joint, leverage), mut parts) in leverage.iter().enumerate().zip(transforms) {
+            let leverage = leverage_counting_once(leverage, repeats, width);
             let [re, im] = &parts;
             let squares = re.iter().zip(im).map(|(re, im)| re * re + im * im);
             let periodogram: Vec<f64> = squares
-                .zip(leverage)
+                .zip(&*leverage)
                 .zip(&filter.power)
                 .map(|((square, leverage), filtered)| {
                     let degrees = 1.0 - leverage.min(RegressionLimits::DEFAULT.max_explained_share);
                     square / (rows as f64 * degrees * filtered)
                 })
                 .collect();
-            let mut shape =
-                SmoothSpectrum::fit(&filter.band, &periodogram, filter.independent_rows(rows));
+            let mut shape = SmoothSpectrum::fit(&filter.band, &periodogram, independent_rows);
             // The residuals of an exact fit are rounding errors, whose power is not zero.
             let measured = system.measurements().rows_range(system.joint_rows(joint));
             let rounding = measured.norm_squared() / rows as f64 * f64::EPSILON.powi(2);
@@ -115,7 +121,7 @@ impl<'a> ResidualSpectrum<'a> {
             if i == j { 1.0 } else { coherence(&whitened[i], &whitened[j]) }
         });
         let joints_with_equation = system.matrix().joints_with_equation();
-        Self { rows, filter, joints, correlation, joints_with_equation }
+        Self { rows, repeats, filter, joints, correlation, joints_with_equation }
     }
 
     /// Returns the covariance `ZᵀVZ` of `Zᵀε` (c × c), with Z = Ω^{-1/2} C of the transformed
@@ -203,7 +209,11 @@ impl<'a> ResidualSpectrum<'a> {
     /// Returns the number of independent rows of all joints. Only the filter is taken into account:
     /// rows times the passband.
     pub(super) fn independent_rows(&self) -> f64 {
-        self.filter.independent_rows(self.rows) * self.joints_with_equation as f64
+        self.independent_rows_per_joint() * self.joints_with_equation as f64
+    }
+
+    fn independent_rows_per_joint(&self) -> f64 {
+        self.filter.independent_rows(self.rows) / self.repeats
     }
 
     /// Returns the number of independent rows that determine a mean as well as each joint's rows:
@@ -216,7 +226,8 @@ impl<'a> ResidualSpectrum<'a> {
             .iter()
             .map(|joint: &JointSpectrum| {
                 let at_zero = joint.power(0, self.filter.passband_frequencies);
-                self.rows as f64 * (joint.total(self.filter) / length / at_zero).min(1.0)
+                self.rows as f64 / self.repeats
+                    * (joint.total(self.filter) / length / at_zero).min(1.0)
             })
             .collect()
     }
@@ -224,12 +235,45 @@ impl<'a> ResidualSpectrum<'a> {
     /// Tests every joint for whiteness. The test uses the autocorrelations without the colour of
     /// the filter. The number of independent samples is the number of rows times the passband.
     pub fn ljung_box_per_joint(&self) -> Vec<LjungBox> {
-        let samples = self.filter.independent_rows(self.rows);
+        let samples = self.independent_rows_per_joint();
         self.joints
             .iter()
             .map(|joint| LjungBox::from_autocorrelations(&joint.autocorrelations, samples))
             .collect()
     }
+}
+
+/// Returns the share of the power that a fit removes from distinct rows, at each frequency.
+///
+/// The columns of a motion that is repeated have power at lines only, at every `width`-th
+/// frequency. The fit removes nothing between them, and the same share at the lines as from a
+/// single motion, but a transform that is longer than the record shows neither. The mean over a
+/// line and its surroundings times the number of repetitions is the share of a single motion.
+fn leverage_counting_once(leverage: &[f64], repeats: f64, width: f64) -> Cow<'_, [f64]> {
+    if repeats <= 1.0 {
+        return Cow::Borrowed(leverage);
+    }
+    let mut sums = vec![0.0];
+    for (k, share) in leverage.iter().enumerate() {
+        sums.push(sums[k] + share);
+    }
+    // The sum up to a place between frequencies; frequency k reaches from k to k + 1.
+    let end = leverage.len() as f64;
+    let sum_to = |place: f64| {
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "below the end"
+        )]
+        let whole = place.min(end - 1.0) as usize;
+        sums[whole] + (place - whole as f64) * leverage[whole]
+    };
+    let mean_around = |k: usize| {
+        let first = (k as f64 + 0.5 - 0.5 * width).max(0.0);
+        let last = (k as f64 + 0.5 + 0.5 * width).min(end);
+        (sum_to(last) - sum_to(first)) / (last - first)
+    };
+    (0..leverage.len()).map(|k| repeats * mean_around(k)).collect()
 }
 
 /// Returns the real part of the coherence of two transforms, from their real and imaginary parts.

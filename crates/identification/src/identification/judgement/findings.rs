@@ -97,14 +97,15 @@ impl Findings<'_> {
     ) -> Result<Identification, IdentificationError> {
         let Self { observations, solution, iteration, .. } = &self;
         let (limits, filter) = (&context.options.limits, context.row_filter());
-        let analysis = ResidualAnalysis::new(observations, solution, &filter);
-        let covariance = analysis.covariance();
+        let pieces = Folds::from_context(context, self.motion);
+        // Figures count repeated motion once, because model errors repeat with it.
+        let analysis = ResidualAnalysis::new(observations, solution, &filter)
+            .counting_once(pieces.mean_repeats);
+        let distinct_covariance = analysis.covariance();
+        let covariance = &distinct_covariance / pieces.mean_repeats;
         let deviations = covariance.diagonal().map(f64::sqrt);
         let torque = self.torque.as_ref().map_or(*observations, |rows| rows.observations);
         let residuals = self.torque.as_ref().map_or(&solution.residuals, |rows| rows.residuals);
-        let pieces = Folds::from_context(context, self.motion);
-        // Figures count repeated motion once, because model errors repeat with it.
-        let distinct_covariance = &covariance * pieces.mean_repeats;
         let (counted, left) = match self.downweighted {
             Some(_) => (*observations, &solution.residuals),
             None => (torque, residuals),
@@ -118,7 +119,6 @@ impl Findings<'_> {
         };
         let beside = Supplements {
             alternative: alternatives.parameter_change.as_ref(),
-            mean_repeats: pieces.mean_repeats,
             fold_deviations: disagreement.as_ref(),
             other: None,
         };
@@ -128,8 +128,10 @@ impl Findings<'_> {
                 self.checks(context, torque, &analysis, &solution.parameters, &deviations, beside)?
             }
             Some(own) => {
-                let analysis = ResidualAnalysis::new(torque, own, &filter);
-                let own_deviations = analysis.covariance().diagonal().map(f64::sqrt);
+                let analysis =
+                    ResidualAnalysis::new(torque, own, &filter).counting_once(pieces.mean_repeats);
+                let own_covariance = analysis.covariance() / pieces.mean_repeats;
+                let own_deviations = own_covariance.diagonal().map(f64::sqrt);
                 if self.method.fits_positions() {
                     other = limits.other_parameters(
                         context.selection.names(),

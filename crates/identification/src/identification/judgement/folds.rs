@@ -1,5 +1,6 @@
 //! Folds of the motion for cross-validation. Repeated motion belongs to the same fold.
 
+use core::ops::Range;
 use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, DVector};
@@ -41,6 +42,8 @@ const MOVING_SHARE: f64 = 0.1;
 pub(super) struct Folds {
     /// Fold of each row of a joint.
     pub(super) fold_of_row: Vec<usize>,
+    /// Rows of each recording.
+    pub(super) recordings: Vec<Range<usize>>,
     /// Number of folds.
     pub(super) count: usize,
     /// Duration of the motion without repetitions \[s\].
@@ -71,7 +74,15 @@ impl Folds {
         // The first instant of a recording is its first counted sample.
         let before = |sample: &usize| instants.partition_point(|of| of <= sample).max(1) - 1;
         let of_row = |sample: &usize| fold_of_instant[before(sample)];
+        let recording_of = |sample: &usize| context.experiment.recording_of(*sample);
+        let mut recordings = Vec::new();
+        let mut first = 0;
+        for rows in context.samples.chunk_by(|a, b| recording_of(a) == recording_of(b)) {
+            recordings.push(first..first + rows.len());
+            first += rows.len();
+        }
         Self {
+            recordings,
             fold_of_row: context.samples.iter().map(of_row).collect(),
             count,
             distinct_s: repetitions.distinct_s(),

@@ -106,7 +106,8 @@ fn jackknife_deviations(changes: &[DVector<f64>]) -> DVector<f64> {
 }
 
 /// Returns the change of the parameters without each fold; `None` if a fold cannot be left out.
-/// `margin` is the number of rows on either side of a fold that are left out as well.
+/// `margin` is the number of rows on either side of a fold, in the same recording, that are left
+/// out as well.
 fn without_each(
     folds: &Folds,
     margin: usize,
@@ -119,9 +120,12 @@ fn without_each(
     let (rows, columns) = (torque.rows_per_joint(), torque.matrix().ncols());
     // Bit mask of the folds that contain each row or are close to it.
     let mut near = vec![0_u64; rows];
-    for (row, piece) in folds.fold_of_row.iter().enumerate() {
-        let end = rows.min(row + margin + 1);
-        near[row.saturating_sub(margin)..end].iter_mut().for_each(|near| *near |= 1 << piece);
+    for recording in &folds.recordings {
+        for row in recording.clone() {
+            let first = row.saturating_sub(margin).max(recording.start);
+            let around = first..(row + margin + 1).min(recording.end);
+            near[around].iter_mut().for_each(|near| *near |= 1 << folds.fold_of_row[row]);
+        }
     }
     let levels = torque.noise_levels(residuals);
     // Normal equation of all rows with the same bit mask, which several folds share.

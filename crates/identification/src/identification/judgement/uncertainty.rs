@@ -50,8 +50,6 @@ pub(super) struct Uncertainty {
 pub(super) struct Supplements<'a> {
     /// Change of each parameter by an alternative reading that fits decisively better.
     pub(super) alternative: Option<&'a DVector<f64>>,
-    /// Mean number of repetitions of the same motion, which count as one.
-    pub(super) mean_repeats: f64,
     /// Standard deviation of each parameter from the disagreement of the folds.
     pub(super) fold_deviations: Option<&'a DVector<f64>>,
     /// Difference of the checked parameters from those of the result; `None` if they are the same.
@@ -68,7 +66,7 @@ impl Uncertainty {
     ) -> Result<Self, IdentificationError> {
         let FittedModel { context, motion, observations, analysis, parameters, .. } = *fitted;
         let auxiliary = fitted.auxiliary_columns;
-        let Supplements { alternative, mean_repeats: repeats, fold_deviations, other } = further;
+        let Supplements { alternative, fold_deviations, other } = further;
         let columns = nuisance_columns(fitted);
         // Rows that the M-estimate removed from the equation contain no information on the nuisance
         // parameters either.
@@ -76,7 +74,7 @@ impl Uncertainty {
             .with_zero_rows(analysis.rows_without_equation());
         let products = analysis.products(&along);
         let solved = |floors: &[f64]| {
-            let solution = analysis.with_prior(&along, &products, floors, repeats);
+            let solution = analysis.with_prior(&along, &products, floors);
             solution.map_err(IdentificationError::Regression)
         };
         let floors: Vec<f64> = columns.torque().iter().map(|torque| NOISE_FLOOR * torque).collect();

@@ -277,7 +277,7 @@ impl<'a> Equation<'a> {
         let of_arm = ObservationMatrix::from_dense(of_arm, self.system.joints());
         // Repeated motion is not taken into account: every row counts once.
         let products = analysis.products(&of_arm);
-        let joint = analysis.with_prior(&of_arm, &products, floors, 1.0).map_err(named)?;
+        let joint = analysis.with_prior(&of_arm, &products, floors).map_err(named)?;
         Ok((&solution.parameters + &joint.parameter_change, joint.coloured_covariance()))
     }
 }
