@@ -142,6 +142,21 @@ impl Alternative {
         matches!(self, Self::OppositeSign { .. } | Self::Swapped { .. })
     }
 
+    /// Returns true if motion, model and counted samples are as they are configured. A delay leaves
+    /// samples out.
+    pub(super) fn keeps_motion(&self) -> bool {
+        match self {
+            Self::OppositeSign { signal, .. }
+            | Self::Swapped { signal, .. }
+            | Self::Late { signal, lag: Lag::LowPass, .. } => *signal == Signal::Torque,
+            Self::TorqueScale { .. } => true,
+            Self::Late { lag: Lag::Delay, .. }
+            | Self::PositionScale { .. }
+            | Self::NoGravity
+            | Self::Gravity { .. } => false,
+        }
+    }
+
     /// Returns gravity in the base \[m/s²\]; `None` as it is configured.
     pub(super) fn gravity_m_s2(&self) -> Option<[f64; 3]> {
         match self {

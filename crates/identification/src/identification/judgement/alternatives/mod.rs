@@ -83,7 +83,8 @@ impl FoundAlternatives {
         }
         let logged = context.experiment.first_samples(INSPECTED);
         // A reading that cannot be fitted has no residual to explain.
-        let Ok(configured) = Refit::new(context, context.base, &logged, &context.model) else {
+        let Ok(configured) = Refit::new(context, context.base, &logged, &context.model, None)
+        else {
             return Self::default();
         };
         let mut found = Self::default();
@@ -101,20 +102,14 @@ pub(super) fn better_sign(context: &Context<'_>, joint: JointIndex) -> Option<Si
     let logged = context.experiment.first_samples(INSPECTED);
     let motor = MotorIndex::new(joint.position());
     let inverted = |signal| Alternative::OppositeSign { motor, signal };
-    let residual = |signal| Some((residual_with(&inverted(signal), context, &logged)?, signal));
+    let residual = |signal| {
+        let alternative = inverted(signal);
+        let reading = Reading::new(&alternative, context, &logged);
+        let refit = reading.refit(context, None).ok()?;
+        Some((relative_squares(&refit).iter().sum::<f64>(), signal))
+    };
     let residuals = [Signal::Torque, Signal::Position].into_iter().filter_map(residual);
     residuals.min_by(|(one, _), (other, _)| one.total_cmp(other)).map(|(_, signal)| signal)
-}
-
-/// Returns the sum of the squared relative errors of all joints with another reading.
-fn residual_with(
-    alternative: &Alternative,
-    context: &Context<'_>,
-    logged: &Experiment,
-) -> Option<f64> {
-    let reading = Reading::new(alternative, context, logged);
-    let refit = reading.refit(context).ok()?;
-    Some(relative_squares(&refit).iter().sum())
 }
 
 /// Signals and model of an alternative.
@@ -137,9 +132,15 @@ impl Reading {
         Self { signals, model, base }
     }
 
-    fn refit<'r>(&'r self, context: &Context<'r>) -> Result<Refit<'r>, IdentificationError> {
+    /// Solves with these signals. `same_motion` is a solution with the same motion and model, if
+    /// there is one.
+    fn refit<'r>(
+        &'r self,
+        context: &Context<'r>,
+        same_motion: Option<&Refit<'_>>,
+    ) -> Result<Refit<'r>, IdentificationError> {
         let base = self.base.as_ref().unwrap_or(context.base);
-        Refit::new(context, base, &self.signals, &self.model)
+        Refit::new(context, base, &self.signals, &self.model, same_motion)
     }
 }
 
@@ -158,7 +159,7 @@ fn explain(refit: &Refit<'_>, logged: &Experiment, found: &mut FoundAlternatives
     let reading = Reading::new(&alternative, &refit.context, logged);
     let is_same_model = alternative.gravity_m_s2().is_none();
     found.alternatives.push(alternative);
-    let Ok(better) = reading.refit(&refit.context) else {
+    let Ok(better) = reading.refit(&refit.context, None) else {
         found.parameter_change = None;
         return;
     };
@@ -220,7 +221,9 @@ impl Candidate {
         let likelihood = |value: f64| {
             let other = self.alternative.with_constant(value);
             let reading = Reading::new(&other, &refit.context, logged);
-            let after = reading.refit(&refit.context).ok().map(|of| relative_squares(&of));
+            let same_motion = other.keeps_motion().then_some(refit);
+            let after = reading.refit(&refit.context, same_motion).ok();
+            let after = after.map(|of| relative_squares(&of));
             after.map_or(f64::NAN, |after| likelihood_gain([&before, &after], &self.rows))
         };
         let near = |value: f64, steps: f64| likelihood(value * (steps * STEP).exp());
@@ -333,8 +336,16 @@ fn low_pass_of_all_signals(
     };
     let lags = lag_times(&refit.context).into_iter();
     let longer = lags.filter(|lag| lag * refit.context.rows_hz() >= 1.0);
-    let gain = |of: &Fitted| sum_of_gains(&of.squares);
-    longer.map(fitted).max_by(|one, other| gain(one).total_cmp(&gain(other)))
+    // The gain rises with the time constant to that of the filter, and falls behind it.
+    let mut best: Option<Fitted> = None;
+    for next in longer.map(fitted) {
+        let gain = |of: &Fitted| sum_of_gains(&of.squares);
+        if best.as_ref().is_some_and(|best| gain(&next) < gain(best)) {
+            break;
+        }
+        best = Some(next);
+    }
+    best
 }
 
 /// Alternative that passed the screening.
@@ -419,7 +430,8 @@ impl Finalist {
         let Self { alternative, is_inside, mut squares, .. } = self;
         let reading = Reading::new(&alternative, &refit.context, logged);
         // Listed parameters may not be identifiable with another gravity.
-        let better = reading.refit(&refit.context).ok();
+        let same_motion = alternative.keeps_motion().then_some(refit);
+        let better = reading.refit(&refit.context, same_motion).ok();
         if let Some(better) = &better {
             let after = alternative.by_configured_torque(relative_squares(better));
             squares = [relative_squares(refit), after];

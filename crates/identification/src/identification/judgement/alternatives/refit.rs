@@ -90,19 +90,27 @@ impl Solved {
 }
 
 impl<'a> Refit<'a> {
-    /// Solves with other signals, for an arm with this model and its base parameters.
+    /// Solves with other signals, for an arm with this model and its base parameters. `same_motion`
+    /// is a solution with the same motion and model, if there is one.
     pub(super) fn new(
         context: &Context<'a>,
         base: &'a BaseParameters,
         experiment: &'a Experiment,
         model: &Model,
+        same_motion: Option<&Refit<'_>>,
     ) -> Result<Self, IdentificationError> {
         let Context { robot, options, .. } = *context;
         let mut context = Context::new(robot, base, experiment, options, Method::IdimLs)?;
         // Load-dependent friction keeps the same loads.
         context.model = model.clone();
-        let motion = filtered_motion(robot, experiment, &options.position_filter)?;
-        let matrix = fitted_matrix(&context, &motion)?;
+        let (motion, matrix) = match same_motion {
+            Some(of) => (of.motion.clone(), of.solved.equation.matrix().clone()),
+            None => {
+                let motion = filtered_motion(robot, experiment, &options.position_filter)?;
+                let matrix = fitted_matrix(&context, &motion)?;
+                (motion, matrix)
+            }
+        };
         let torque = filtered_torque(&context)?;
         let equation = torque_equation(&context, matrix, torque.clone(), &motion)?;
         let ordinary = equation.solve_ordinary().map_err(IdentificationError::Regression)?;
