@@ -111,6 +111,11 @@ impl Model {
         model.with_load(ones)
     }
 
+    /// Returns the acceleration of gravity in the base \[m/s²\].
+    pub fn gravity_m_s2(&self) -> [f64; 3] {
+        self.gravity_m_s2
+    }
+
     /// Returns the same model with another acceleration of gravity in the base \[m/s²\].
     #[must_use]
     pub fn with_gravity(mut self, gravity_m_s2: [f64; 3]) -> Self {

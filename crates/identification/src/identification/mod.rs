@@ -43,7 +43,7 @@ pub use friction::choose_friction;
 pub use gains::{ArmParameter, DriveGain, Gains, GainsError, KnownLoad, Scale, find_gains};
 pub use identify::{identify, identify_unchecked};
 pub use judgement::{
-    Alternative, CATALOGUE, CatalogueRow, Change, Chosen, ChosenCutoff, ChosenFriction,
+    Alternative, BaseAxis, CATALOGUE, CatalogueRow, Change, Chosen, ChosenCutoff, ChosenFriction,
     ClippedSignal, ControllerUnchecked, ConvergenceStep, CutoffTrial, Estimate, Extrapolation,
     Finding, FindingCode, Fit, FitMotion, FrictionChange, FrictionGain, FrictionScore,
     FrozenSignal, HeldOut, Identification, Information, KeptParameter, Lag, ModelUncertainty,

@@ -58,7 +58,7 @@ pub use held_out::HeldOut;
 pub(crate) use held_out::margin_samples;
 pub use information::Information;
 pub use model_uncertainty::{ModelUncertainty, ModelUncertaintySchema1, PredictedError};
-pub use nuisance_parameters::{NuisanceEstimate, NuisanceParameter, Quantity};
+pub use nuisance_parameters::{BaseAxis, NuisanceEstimate, NuisanceParameter, Quantity};
 pub(crate) use outliers::DownweightedRows;
 pub use parameter_covariance::ParameterCovariance;
 pub use physical_consistency::PhysicalConsistency;

@@ -446,7 +446,9 @@ fn contact_detection(quantiles: &[ResidualQuantiles]) -> Criteria {
 fn contradicted<'a>(
     freedoms: impl IntoIterator<Item = &'a NuisanceEstimate>,
 ) -> impl Iterator<Item = Reason> {
-    freedoms.into_iter().filter_map(|found| {
+    // No data tell a base that leans from another torque that depends on the position of joint 1.
+    let is_cause = |of: &&NuisanceEstimate| !matches!(of.nuisance, NuisanceParameter::Mounting(_));
+    freedoms.into_iter().filter(is_cause).filter_map(|found| {
         let quantity = found.quantity?;
         let least = Tolerances::CONTRADICTION_DEVIATIONS
             * quantity.configured.hypot(quantity.standard_deviation);

@@ -28,6 +28,10 @@ pub struct Tolerances {
     pub zero_deg: f64,
     /// Error of the angle between neighbouring axes \[°\].
     pub twist_deg: f64,
+    /// Error of the angle between the base and gravity, about each of two axes of the base \[°\]. A
+    /// finished floor deviates by 4 mm over 1 m, and by more over the width of a base (DIN 18202,
+    /// table 3).
+    pub mounting_deg: f64,
     /// Error of the distances between neighbour axes, and of a prismatic joint's zero \[m\].
     pub length_m: f64,
     /// Relative error of a known torque, such as that of a spring, and of its slope over the range
@@ -42,6 +46,7 @@ impl Default for Tolerances {
             torque_delay_s: 0.0002,
             zero_deg: 0.5,
             twist_deg: 0.1,
+            mounting_deg: 0.5,
             length_m: 0.001,
             known_torque: 0.02,
         }
@@ -64,6 +69,7 @@ impl Tolerances {
             ("torque_delay_s", self.torque_delay_s),
             ("zero_deg", self.zero_deg),
             ("twist_deg", self.twist_deg),
+            ("mounting_deg", self.mounting_deg),
             ("length_m", self.length_m),
             ("known_torque", self.known_torque),
         ] {

@@ -66,8 +66,14 @@ impl<'a> NuisanceColumns<'a> {
         Self { are_gains_identifiable: false, ..self }
     }
 
-    /// Replaces the prior standard deviations; returns `None` if their number differs.
+    /// Replaces the prior standard deviations; returns `None` if their number differs. Results of
+    /// earlier versions do not have the mounting angles.
     pub(in super::super) fn with_deviations(mut self, deviations: &[f64]) -> Option<Self> {
+        let is_mounting = |of: &Column| matches!(of.nuisance, NuisanceParameter::Mounting(_));
+        let earlier = self.columns.iter().filter(|of| !is_mounting(of)).count();
+        if deviations.len() == earlier {
+            self.columns.truncate(earlier);
+        }
         for (column, deviation) in self.columns.iter_mut().zip(deviations) {
             column.deviation = *deviation;
         }
@@ -238,7 +244,9 @@ impl<'a> NuisanceColumns<'a> {
             NuisanceEffect::Geometry(_) => {
                 let is_same = |column: &&Column| core::ptr::eq(&column.effect, acts);
                 match self.columns.iter().find(is_same)?.nuisance {
-                    NuisanceParameter::Twist(_) => Some((degrees, "deg")),
+                    NuisanceParameter::Twist(_) | NuisanceParameter::Mounting(_) => {
+                        Some((degrees, "deg"))
+                    }
                     _ => Some((1.0, "m")),
                 }
             }

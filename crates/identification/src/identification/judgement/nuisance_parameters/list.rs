@@ -4,7 +4,7 @@ use nalgebra::DVector;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::NuisanceParameter;
+use super::{BaseAxis, NuisanceParameter};
 use crate::identification::observation::{AuxiliaryObservation, Motion};
 use crate::identification::problem::Context;
 use crate::regression::Observations;
@@ -362,8 +362,24 @@ impl PriorSizes<'_> {
                 NuisanceEffect::LeftOut(index),
             );
         }
+        // Last, because results of earlier versions do not have them.
+        for (axis, turned) in mountings(&context.model) {
+            let acts = NuisanceEffect::Geometry(Box::new(turned));
+            add(NuisanceParameter::Mounting(axis), tolerances.mounting_deg.to_radians(), acts);
+        }
         columns
     }
+}
+
+/// Returns the model with gravity turned by [`GEOMETRY_STEP`] about each axis of the base, but for
+/// the axis that is nearest to gravity.
+fn mountings(model: &Model) -> impl Iterator<Item = (BaseAxis, Model)> {
+    let gravity_m_s2 = model.gravity_m_s2();
+    let along = |axis: &BaseAxis| gravity_m_s2[*axis as usize].abs();
+    let nearest = BaseAxis::ALL.into_iter().max_by(|a, b| along(a).total_cmp(&along(b)));
+    let acts = gravity_m_s2 != [0.0; 3];
+    let axes = BaseAxis::ALL.into_iter().filter(move |axis| acts && Some(*axis) != nearest);
+    axes.map(move |axis| (axis, model.clone().with_gravity(axis.turn(gravity_m_s2, GEOMETRY_STEP))))
 }
 
 fn rotate_angle(angle: Angle, by: f64) -> Angle {
@@ -400,4 +416,32 @@ fn highest_speed(motion: &Motion, counted: impl Iterator<Item = usize>, shares: 
         joints.map(|(joint, share)| motion.velocity(k, joint) * share).sum()
     };
     counted.map(|k| speed(k).abs()).fold(0.0, f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use didim_dynamics::robot::Robot;
+
+    /// The axes perpendicular to gravity, and no other.
+    #[test]
+    fn a_base_leans_about_two_axes() {
+        let robot =
+            Robot::from_toml(include_str!("../../../../../../config/robots/tx40.toml")).unwrap();
+        for (nearest, turned) in [(0, [1, 2]), (1, [0, 2]), (2, [0, 1])] {
+            let mut gravity_m_s2 = [0.3, 0.2, 0.1];
+            gravity_m_s2[nearest] = -9.8;
+            let model = Model::new(&robot).with_gravity(gravity_m_s2);
+            let axes: Vec<usize> = mountings(&model).map(|(axis, _)| axis as usize).collect();
+            assert_eq!(axes, turned);
+            for (_, leaning) in mountings(&model) {
+                let length = |of: [f64; 3]| of.iter().map(|of| of * of).sum::<f64>().sqrt();
+                let change: [f64; 3] =
+                    core::array::from_fn(|k| leaning.gravity_m_s2()[k] - gravity_m_s2[k]);
+                let angle_rad = length(change) / length(gravity_m_s2);
+                assert!((angle_rad / GEOMETRY_STEP - 1.0).abs() < 1e-2, "{angle_rad}");
+            }
+        }
+        assert_eq!(mountings(&Model::new(&robot).with_gravity([0.0; 3])).count(), 0);
+    }
 }

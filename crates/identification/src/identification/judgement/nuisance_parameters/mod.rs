@@ -47,10 +47,45 @@ pub enum NuisanceParameter {
     Distance(JointIndex),
     /// Offset of a joint's link along its axis.
     Offset(JointIndex),
+    /// Angle between the base and gravity, about an axis of the base.
+    Mounting(BaseAxis),
     /// Known torque on a joint: its size, and its slope over the joint's range.
     KnownTorque(JointIndex),
     /// Base parameters that are not identified.
     LeftOutParameters,
+}
+
+/// Axis of the frame of the base.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BaseAxis {
+    /// The x axis.
+    X,
+    /// The y axis.
+    Y,
+    /// The z axis.
+    Z,
+}
+
+impl BaseAxis {
+    /// All axes, in the order of the coordinates.
+    pub const ALL: [Self; 3] = [Self::X, Self::Y, Self::Z];
+
+    /// Returns a vector, in the frame of the base, turned about this axis.
+    pub fn turn(self, vector: [f64; 3], angle_rad: f64) -> [f64; 3] {
+        let place = self as usize;
+        let [first, second] = [(place + 1) % 3, (place + 2) % 3];
+        let (sin, cos) = angle_rad.sin_cos();
+        let mut turned = vector;
+        turned[first] = cos * vector[first] - sin * vector[second];
+        turned[second] = sin * vector[first] + cos * vector[second];
+        turned
+    }
+}
+
+impl fmt::Display for BaseAxis {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(["x", "y", "z"][*self as usize])
+    }
 }
 
 impl NuisanceParameter {
@@ -81,6 +116,7 @@ impl fmt::Display for NuisanceParameter {
             Self::Twist(joint) => write!(f, "twist before joint {joint}"),
             Self::Distance(joint) => write!(f, "axis distance before joint {joint}"),
             Self::Offset(joint) => write!(f, "link offset of joint {joint}"),
+            Self::Mounting(axis) => write!(f, "mounting angle about the {axis} axis of the base"),
             Self::KnownTorque(joint) => write!(f, "known torque on joint {joint}"),
             Self::LeftOutParameters => f.write_str("parameters left out"),
         }
@@ -111,6 +147,10 @@ impl core::str::FromStr for NuisanceParameter {
                 [joint, neighbour].map(|number| position(number).map(JointIndex::new));
             let (joint, neighbour) = joint.zip(neighbour).ok_or_else(unknown)?;
             return Ok(Self::Coupling { joint, neighbour });
+        }
+        let mounting = BaseAxis::ALL.map(Self::Mounting);
+        if let Some(found) = mounting.into_iter().find(|of| of.to_string() == text) {
+            return Ok(found);
         }
         let (words, number) = text.rsplit_once(' ').ok_or_else(unknown)?;
         let at = position(number).ok_or_else(unknown)?;
