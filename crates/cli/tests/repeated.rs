@@ -21,7 +21,7 @@ fn uses(result: &str) -> Vec<(String, Value, Option<f64>)> {
 /// Writes copies of a recording. Each is shorter by a row than the one before it, because equal
 /// recordings count once.
 fn copies(recording: &str, count: usize) -> Vec<String> {
-    let name = recording.replace('/', "-");
+    let name = recording.replace(['/', '.'], "-");
     let folder = repository("target/tests").join(format!("copies-{count}-{name}"));
     fs::create_dir_all(&folder).unwrap();
     let text = fs::read_to_string(repository("tests/data").join(recording)).unwrap();

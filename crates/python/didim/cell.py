@@ -81,7 +81,7 @@ class _Dynamics:
         Args:
             standard: p values in SI units, ordered as :attr:`parameter_names`.
         """
-        return np.array(self._native.to_base(np.asarray(standard, dtype=np.float64)))
+        return np.array(self._native.to_base(np.atleast_1d(np.asarray(standard, dtype=np.float64))))
 
     def regressor(self, q: ArrayLike, dq: ArrayLike, ddq: ArrayLike, *, base: bool = False) -> NDArray[np.float64]:
         """Returns the matrix Y(q, q̇, q̈) with τ = Y φ for each sample.

@@ -46,6 +46,8 @@ def test_one_row_needs_no_second_dimension_and_shapes_are_checked(robot: didim.R
         robot.inverse_dynamics([0.1, 0.2], [0.0], [0.0, 0.0])
     with pytest.raises(didim.UsageError, match="3 values"):
         robot.inverse_dynamics([0.1, 0.2], [0.0, 0.0], [0.0, 0.0], [1.0, 2.0, 3.0])
+    with pytest.raises(didim.UsageError, match="standard has 1 values"):
+        robot.to_base(None)  # type: ignore[arg-type]
 
 
 def test_names_and_files(robot: didim.Robot, urdf: Path) -> None:

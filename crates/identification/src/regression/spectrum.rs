@@ -65,7 +65,7 @@ impl JointSpectrum {
 
 impl<'a> ResidualSpectrum<'a> {
     /// Fits the spectrum to unweighted residuals (r). `leverage` is the share of the power that the
-    /// fit has removed at each frequency, for each joint. Of `repeats` equivalent rows one counts.
+    /// fit has removed at each frequency, for each joint. One of `repeats` equivalent rows counts.
     pub(super) fn fit(
         system: &Observations,
         leverage: &[Vec<f64>],
