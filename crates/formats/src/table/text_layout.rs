@@ -64,7 +64,9 @@ impl TextLayout {
         // A number may be that of a column, and stand in any row.
         let wanted: Vec<&str> =
             wanted.iter().map(String::as_str).filter(|name| !is_number(name)).collect();
-        let layouts = SEPARATORS.into_iter().map(|separator| {
+        // Without its separator, a table has one column, as it has with commas.
+        let occurs = |separator: &u8| *separator == b',' || sample.contains(separator);
+        let layouts = SEPARATORS.into_iter().filter(occurs).map(|separator| {
             let layout = Self::with_separator(sample, separator, &wanted);
             let matching =
                 layout.names.iter().filter(|name| wanted.contains(&name.as_str())).count();
