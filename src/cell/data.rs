@@ -410,7 +410,7 @@ pub(super) fn delays_s(
     let us = configured_us
         .of_each(axes)
         .ok_or_else(|| format!("has another number of entries than the arm has axes, {axes}"))?;
-    match us.iter().find(|us| !(us.abs() <= MAX_DELAY_US)) {
+    match us.iter().find(|us| us.is_nan() || us.abs() > MAX_DELAY_US) {
         Some(us) => Err(format!("is {us}; use -{MAX_DELAY_US} to {MAX_DELAY_US}")),
         None => Ok(us.iter().map(|us| us * 1e-6).collect()),
     }

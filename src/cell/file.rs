@@ -153,15 +153,15 @@ pub enum GearRatios {
 impl GearRatios {
     /// Returns a row for each motor, with an entry for each joint.
     pub(super) fn rows(&self) -> Vec<Vec<f64>> {
-        let of_motor = |(motor, ratio): (usize, &f64), joints: usize| {
-            (0..joints).map(|joint| if joint == motor { *ratio } else { 0.0 }).collect()
+        let ratios = match self {
+            Self::Rows(rows) => return rows.clone(),
+            Self::Each(ratios) => ratios,
         };
-        match self {
-            Self::Rows(rows) => rows.clone(),
-            Self::Each(ratios) => {
-                ratios.iter().enumerate().map(|of| of_motor(of, ratios.len())).collect()
-            }
+        let mut rows = vec![vec![0.0; ratios.len()]; ratios.len()];
+        for (motor, ratio) in ratios.iter().enumerate() {
+            rows[motor][motor] = *ratio;
         }
+        rows
     }
 }
 

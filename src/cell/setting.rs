@@ -312,12 +312,6 @@ impl Cell {
     /// to several joints.
     fn axis(&self, of: SignalAxis, side: Side) -> Option<Axis> {
         let transmission = self.robot.transmission();
-        let has_own_motor = |joint: usize| {
-            let mut motors =
-                (0..self.robot.joints()).filter(|of| transmission.row(*of)[joint] != 0.0);
-            let (index, others) = (motors.next()?, motors.next());
-            (others.is_none() && !transmission.is_coupled(index)).then_some(index)
-        };
         match (of, side) {
             (SignalAxis::Joint(joint), Side::Joint) => {
                 Some(Axis { index: joint.position(), ratio: 1.0 })
@@ -327,14 +321,22 @@ impl Cell {
                 Some(Axis { index, ratio: transmission.row(index)[index] })
             }
             (SignalAxis::Joint(joint), Side::Motor) => {
-                let index = has_own_motor(joint.position())?;
+                let index = self.own_motor(joint.position())?;
                 Some(Axis { index, ratio: transmission.row(index)[joint.position()] })
             }
             (SignalAxis::Motor(motor), Side::Joint) => {
-                let index = has_own_motor(motor.position())?;
+                let index = self.own_motor(motor.position())?;
                 Some(Axis { index, ratio: 1.0 })
             }
         }
+    }
+
+    /// Returns the motor of a joint that is coupled to no other.
+    fn own_motor(&self, joint: usize) -> Option<usize> {
+        let transmission = self.robot.transmission();
+        let mut motors = (0..self.robot.joints()).filter(|of| transmission.row(*of)[joint] != 0.0);
+        let (index, others) = (motors.next()?, motors.next());
+        (others.is_none() && !transmission.is_coupled(index)).then_some(index)
     }
 
     /// Returns the key of a drive on the bus, or of all drives.

@@ -520,15 +520,22 @@ fn references_have_the_sign_and_zero_of_the_positions_unless_they_have_their_own
         let reference = read.columns.unwrap().reference.unwrap();
         [reference.scales[1], reference.zeros.get(1).copied().unwrap_or_default()]
     };
-    let close = |[scale, zero]: [f64; 2], expected: [f64; 2]| {
-        let near = |one: f64, other: f64| (one - other).abs() < 1e-9;
-        assert!(near(scale, expected[0]) && near(zero, expected[1]), "{scale} {zero}");
-    };
     let degree = 1_f64.to_radians();
-    close(scales_of("unit = \"deg\""), [-degree, 90.0]);
-    close(scales_of("unit = \"rad\""), [-1.0, 90.0 * degree]);
-    close(scales_of("unit = \"rad\", sign = 1, zero = 0"), [1.0, 0.0]);
-    close(scales_of("unit = \"rad\", sign = 1"), [1.0, 90.0 * degree]);
+    assert_close(scales_of("unit = \"deg\""), [-degree, 90.0]);
+    assert_close(scales_of("unit = \"rad\""), [-1.0, 90.0 * degree]);
+    assert_close(scales_of("unit = \"rad\", sign = 1, zero = 0"), [1.0, 0.0]);
+    assert_close(scales_of("unit = \"rad\", sign = 1"), [1.0, 90.0 * degree]);
+}
+
+/// The number of the first line that begins so.
+fn line_number(text: &str, begin: &str) -> usize {
+    let found = text.lines().position(|line| line.starts_with(begin));
+    found.unwrap_or_else(|| panic!("{begin}")) + 1
+}
+
+fn assert_close([scale, zero]: [f64; 2], expected: [f64; 2]) {
+    let near = |one: f64, other: f64| (one - other).abs() < 1e-9;
+    assert!(near(scale, expected[0]) && near(zero, expected[1]), "{scale} {zero}");
 }
 
 /// A command above the torque of its drive: one of the two limits is wrong, and both are named.
@@ -537,10 +544,6 @@ fn a_controller_that_commands_more_than_its_drive_has_is_refused() {
     let folder = cell(DATA);
     let file = folder.path().join("cell.toml");
     let robot = fs::read_to_string(folder.path().join("robot.toml")).unwrap();
-    let line = |text: &str, begin: &str| {
-        let found = text.lines().position(|line| line.starts_with(begin));
-        found.unwrap_or_else(|| panic!("{begin}")) + 1
-    };
     let text = fs::read_to_string(&file).unwrap();
     let (before, rest) = text.split_once("[controller]").unwrap();
     let (_, after) = rest.split_once("[identification]").unwrap();
@@ -556,8 +559,9 @@ fn a_controller_that_commands_more_than_its_drive_has_is_refused() {
     fs::write(&file, controller("1e9")).unwrap();
     let said = Cell::read(&file).unwrap_err().to_string();
     let text = fs::read_to_string(&file).unwrap();
-    let in_cell = format!("line {}: `controller.joints", line(&text, "joints = ["));
-    let in_robot = format!("robot.toml:{} joint[1].torque_max_nm", line(&robot, "torque_max_nm"));
+    let in_cell = format!("line {}: `controller.joints", line_number(&text, "joints = ["));
+    let in_robot =
+        format!("robot.toml:{} joint[1].torque_max_nm", line_number(&robot, "torque_max_nm"));
     assert!(said.contains(&in_cell) && said.contains(&in_robot), "{said}");
     fs::write(&file, controller("1.0")).unwrap();
     assert!(Cell::read(&file).is_ok(), "{:?}", Cell::read(&file).err());
