@@ -183,7 +183,7 @@ const OTHER_GEAR: &str = "[0.0, 0.0, 50.0, 0.0, 0.0, 0.0]";
 fn a_coupling_that_is_left_out_is_named() {
     let estimate = with_row(COUPLED, UNCOUPLED, Method::IdimLs);
     let named = estimate.verdict.notes.iter().find_map(|note| match note {
-        Note::ModelError { nuisance } => Some(nuisance.nuisance),
+        Note::ModelError { nuisance, .. } => Some(nuisance.nuisance),
         _ => None,
     });
     assert_eq!(
@@ -207,12 +207,17 @@ fn a_coupling_that_is_left_out_is_named() {
     assert!(!right.verdict.notes.iter().any(said), "{:?}", right.verdict.notes);
 }
 
-/// The gains of both joints stand for it. The values of the coupled motor are called usable all the
-/// same: their uncertainty is too small by a factor of 8.
+/// The gains of both joints would stand for it, and are left out. The values of the coupled motor
+/// are called usable all the same: their uncertainty is too small by a factor of 8.
 #[test]
 fn a_coupling_of_the_other_sign_is_named() {
     let estimate = with_row(COUPLED, TORQUE_RANGE, Method::IdimLs);
-    assert_eq!(joints_of(&estimate, FindingCode::TorqueGain), [6, 5]);
+    let named = estimate.verdict.findings().into_iter();
+    let named: Vec<Finding> = named.filter(|of| of.code == FindingCode::Coupling).collect();
+    let [coupling] = &named[..] else { panic!("{:#?}", estimate.verdict) };
+    assert_eq!(coupling.subject, Some(Subject::Motors(vec![MotorIndex::new(5)])));
+    assert_eq!(coupling.figure, Some(32.0));
+    assert_eq!(joints_of(&estimate, FindingCode::TorqueGain), [0; 0]);
     // The required uses do not need the explanation, and the reader has to see it all the same.
     let explains = |note: &Note| matches!(note, Note::Explanation(_));
     assert!(estimate.verdict.applicable && estimate.verdict.notes.iter().any(explains));

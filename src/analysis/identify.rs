@@ -80,14 +80,14 @@ pub fn identify_window(cell: &Cell, window: &Window) -> Result<Identification, I
     let cell = with_law.as_ref().unwrap_or(cell);
     let counted = window.counted_samples.clone();
     let mut identification = identify_measurement(cell, cell.method, &measurement, counted)?;
-    add_settings(cell, SignalSource::Bus, &mut identification.estimate);
+    add_settings(cell, &[SignalSource::Live], &mut identification.estimate);
     Ok(identification)
 }
 
-/// Adds the keys of the cell file that the findings of an estimate ask to change. `source` is the
-/// source of its signals.
-pub fn add_settings(cell: &Cell, source: SignalSource, estimate: &mut Estimate) {
-    estimate.verdict.add_settings(&|change| cell.setting(source, change));
+/// Adds the keys of the cell file that the findings of an estimate ask to change. `sources` are the
+/// sources of its signals.
+pub fn add_settings(cell: &Cell, sources: &[SignalSource], estimate: &mut Estimate) {
+    estimate.verdict.add_settings(&|change| cell.setting(sources, change));
 }
 
 /// Returns the controller that the commands of the records contain. `None` unless the method
@@ -264,12 +264,14 @@ fn to_experiment(
         Cow::Borrowed(of) => Cow::Borrowed(&of.signals),
         Cow::Owned(of) => Cow::Owned(of.signals),
     };
+    let transmission = cell.robot.transmission();
     match side {
-        Side::Motor => Experiment::motor_side(signals, cell.robot.transmission())?,
+        Side::Motor => Experiment::motor_side(signals, transmission)?,
         Side::Joint => Experiment::joint_side(signals)?,
     }
     .with_torque_timing(cell.torque_timing)?
-    .with_counted(counted)
+    .with_counted(counted)?
+    .with_signal_delays(&cell.signal_delays, (side == Side::Motor).then_some(transmission))
 }
 
 /// Finds the essential parameters from measurements, with the filters of the cell.

@@ -21,7 +21,7 @@ pub fn identify_recordings(
     cell: &mut Cell,
     method: Method,
     parts: &mut Vec<CountedPiece>,
-    (choices, source, keeps_parts): (&DataChoices, SignalSource, bool),
+    (choices, sources, keeps_parts): (&DataChoices, &[SignalSource], bool),
 ) -> Result<Identification, IdentifyError> {
     let readings: Vec<DriveReadings> = parts.iter().map(CountedPiece::readings).collect();
     let records = (parts.iter().zip(&readings))
@@ -34,7 +34,7 @@ pub fn identify_recordings(
         false => identify_measurements(cell, method, parts.drain(..).map(owned).collect()),
     }?;
     choices.write_to_estimate(&mut identification.estimate);
-    add_settings(cell, source, &mut identification.estimate);
+    add_settings(cell, sources, &mut identification.estimate);
     Ok(identification)
 }
 

@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use didim_dynamics::robot::JointIndex;
 use didim_identification::identification::{
     ChosenCutoff, Estimate, KnownArm, KnownModel, Method, ModelUncertainty, ParameterCovariance,
     ParameterEstimate, ReachedRange, Use, UseVerdict, Verdict,
@@ -227,12 +228,7 @@ impl StoredModel {
         let parameters: Vec<(String, f64)> = identified.collect();
         let fixed = estimate.nominal.into_iter().map(|p| (p.name, p.value));
         let fixed: Vec<(String, f64)> = fixed.collect();
-        // A result from the torques of all joints also predicts those of some joints.
-        if !cell.robot.recorded_torque().missing_joints().is_empty()
-            && check_names(&parameters, &fixed, &cell).is_err()
-        {
-            cell = cell.with_base_of_all_joints().map_err(|error| unfit(error.to_string()))?;
-        }
+        cell = with_joints_of(&estimate.rms_error_per_joint_nm, cell).map_err(unfit)?;
         check_names(&parameters, &fixed, &cell).map_err(unfit)?;
         let uncertainty = estimate.model_uncertainty;
         // The method name goes into other files unchanged.
@@ -316,6 +312,32 @@ impl StoredModel {
         let parameters = || self.parameters.iter().chain(&self.fixed_parameters);
         names.filter(|name| parameters().all(|(own, _)| own != name)).collect()
     }
+}
+
+/// Returns the joints whose torques a result was identified from: those that have an error.
+fn identified_joints(errors_nm: &[f64]) -> Vec<JointIndex> {
+    let finite = errors_nm.iter().enumerate().filter(|(_, error)| error.is_finite());
+    finite.map(|(joint, _)| JointIndex::new(joint)).collect()
+}
+
+/// Returns a cell without the torques that a result does not describe. The torques of some joints
+/// identify other sums of parameters than those of all joints, under the same names: the sums are
+/// those of the result.
+fn with_joints_of(errors_nm: &[f64], cell: Cell) -> Result<Cell, String> {
+    let of_result = identified_joints(errors_nm);
+    let recorded = cell.robot.recorded_torque();
+    let is_complete =
+        of_result.len() == cell.robot.joints() && recorded.missing_joints().is_empty();
+    // A result of an earlier version may have no errors.
+    if of_result.is_empty() || is_complete {
+        return Ok(cell);
+    }
+    let used = of_result.iter().copied().filter(|joint| recorded.has_joint(*joint));
+    let used: Vec<JointIndex> = used.collect();
+    if used.is_empty() {
+        return Err("it has no torque of the joints that the cell uses".to_owned());
+    }
+    cell.with_joints_of_result(&used, &of_result).map_err(|error| error.to_string())
 }
 
 /// Checks that every parameter belongs to the robot and occurs once.

@@ -56,7 +56,15 @@ impl CellBus {
             return Err(CellError::Axes { file: cell.to_path_buf(), axes: layout.axes(), joints });
         }
         check_kind(cell, &section.source, &layout)?;
-        let scales = Scales::new(&section.drives, &layout)
+        let torque_factor = section.torque_factor.unwrap_or(1.0);
+        if !(torque_factor.is_finite() && torque_factor > 0.0) {
+            let problem = format!("is {torque_factor}; use a factor above 0");
+            let key = "bus.torque_factor".to_owned();
+            return Err(CellError::Value { file: cell.to_path_buf(), line: None, key, problem });
+        }
+        let mut corrected = section.drives.clone();
+        corrected.iter_mut().for_each(|drive| drive.torque.factor *= torque_factor);
+        let scales = Scales::new(&corrected, &layout)
             .map_err(|source| CellError::Drives { file: cell.to_path_buf(), source })?;
         let folder = cell.parent().unwrap_or(Path::new(""));
         let bus = Self {

@@ -8,6 +8,7 @@ use didim_dynamics::robot::{JointKind, Robot, TorqueTerm};
 use didim_formats::{
     AXIS_PLACEHOLDER, AxisColumns, BagSpec, BagTime, Columns, INDEX_PLACEHOLDER, Side, TimeColumns,
 };
+use didim_identification::identification::SignalDelays;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -50,7 +51,18 @@ pub struct DataSection {
     /// `["gravity"]`, `["friction"]` or both. The model of these torques has no such term.
     #[serde(default)]
     pub excludes: Vec<TorqueTerm>,
-    /// Commanded positions.
+    /// Time from a row to the instant at which its positions are valid, negative if they are logged
+    /// late; one for all axes or one for each \[µs\]; −500 000 to 500 000.
+    ///
+    /// If left out: 0.
+    #[serde(default)]
+    pub position_delay_us: Option<OneOrEach<f64>>,
+    /// The same of the torques, in addition to the delay in `torque_valid` \[µs\].
+    ///
+    /// If left out: 0.
+    #[serde(default)]
+    pub torque_delay_us: Option<OneOrEach<f64>>,
+    /// Commanded positions. `sign`, `zero` and `wraps` that are left out are those of `position`.
     ///
     /// If left out: none.
     #[serde(default)]
@@ -205,6 +217,26 @@ pub enum ColumnName {
     Name(String),
 }
 
+impl DataColumns {
+    /// Returns the columns with the sign and the wraps of the measured positions where they have
+    /// none of their own: one drive counts both in the same way.
+    fn with_convention_of(&self, position: &Self) -> Self {
+        Self {
+            sign: self.sign.clone().or_else(|| position.sign.clone()),
+            wraps: self.wraps.clone().or_else(|| position.wraps.clone()),
+            ..self.clone()
+        }
+    }
+}
+
+/// Returns columns whose zeros are those of the measured positions, in their own units.
+fn with_zeros_of(position: &AxisColumns, columns: AxisColumns) -> AxisColumns {
+    let scales = position.scales.iter().zip(&columns.scales);
+    let zeros = position.zeros.iter().zip(scales);
+    let zeros = zeros.map(|(zero, (of_position, own))| zero * (of_position / own).abs()).collect();
+    AxisColumns { zeros, ..columns }
+}
+
 impl ColumnName {
     fn text(&self) -> String {
         match self {
@@ -219,6 +251,7 @@ impl ColumnName {
 pub(super) struct RecordingFormat {
     pub(super) rate_hz: f64,
     pub(super) torque_timing: SignalTiming,
+    pub(super) signal_delays: SignalDelays,
     pub(super) columns: Option<Columns>,
     pub(super) bag: Option<BagSpec>,
 }
@@ -259,6 +292,12 @@ impl DataSection {
         Ok(RecordingFormat {
             rate_hz: self.rate_hz,
             torque_timing: torque_timing.map_err(|problem| ("data.torque_valid", problem))?,
+            signal_delays: SignalDelays {
+                position_s: delays_s(self.position_delay_us.as_ref(), robot.joints())
+                    .map_err(|problem| ("data.position_delay_us", problem))?,
+                torque_s: delays_s(self.torque_delay_us.as_ref(), robot.joints())
+                    .map_err(|problem| ("data.torque_delay_us", problem))?,
+            },
             columns: self.columns(robot, &wraps)?,
             bag: self.bag_spec(robot, named, &wraps)?,
         })
@@ -284,15 +323,22 @@ impl DataSection {
             axis_columns(columns, units, side, (&kinds, continuous))
                 .map_err(|problem| (key, problem))
         };
+        let own_position = column_of("data.position", position, &POSITION_UNITS)?;
+        let reference = self.reference.as_ref().map(|own| -> Result<AxisColumns, Wrong> {
+            let complete = own.with_convention_of(position);
+            let columns = column_of("data.reference", &complete, &POSITION_UNITS)?;
+            Ok(match own.zero {
+                Some(_) => columns,
+                None => with_zeros_of(&own_position, columns),
+            })
+        });
         Ok(Some(Columns {
             side,
             axes: kinds.len(),
             time: self.time.as_ref().map(time_columns).transpose()?,
-            position: column_of("data.position", position, &POSITION_UNITS)?,
             torque: column_of("data.torque", torque, &TORQUE_UNITS)?,
-            reference: (self.reference.as_ref())
-                .map(|reference| column_of("data.reference", reference, &POSITION_UNITS))
-                .transpose()?,
+            reference: reference.transpose()?,
+            position: own_position,
         }))
     }
 
@@ -349,6 +395,24 @@ impl DataSection {
                 .map_err(|problem| ("data.bag.wraps", problem))?,
             time: *time,
         }))
+    }
+}
+
+/// Largest delay of a signal \[µs\].
+const MAX_DELAY_US: f64 = 5e5;
+
+/// Returns the delays of a key \[s\]: one for each axis, or none.
+pub(super) fn delays_s(
+    configured_us: Option<&OneOrEach<f64>>,
+    axes: usize,
+) -> Result<Vec<f64>, String> {
+    let Some(configured_us) = configured_us else { return Ok(Vec::new()) };
+    let us = configured_us
+        .of_each(axes)
+        .ok_or_else(|| format!("has another number of entries than the arm has axes, {axes}"))?;
+    match us.iter().find(|us| us.is_nan() || us.abs() > MAX_DELAY_US) {
+        Some(us) => Err(format!("is {us}; use -{MAX_DELAY_US} to {MAX_DELAY_US}")),
+        None => Ok(us.iter().map(|us| us * 1e-6).collect()),
     }
 }
 

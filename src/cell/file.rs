@@ -99,11 +99,13 @@ pub struct UrdfSection {
     #[serde(default)]
     pub drive_inertia: Option<bool>,
     /// Motor turns per joint turn; 1 if the signals are on the joint side. Negative if they turn in
-    /// opposite directions. For a prismatic joint radians of the motor per metre.
+    /// opposite directions. For a prismatic joint radians of the motor per metre. If motors turn
+    /// with several joints: a row for each motor with an entry for each joint, as
+    /// `transmission.rows` of a robot file.
     ///
     /// Required with a URDF.
     #[serde(default)]
-    pub gear_ratios: Option<Vec<f64>>,
+    pub gear_ratios: Option<GearRatios>,
     /// Friction terms: the keys of `[friction]` of a robot file.
     ///
     /// Required with a URDF.
@@ -136,6 +138,31 @@ pub struct UrdfSection {
     #[serde(default)]
     #[schemars(with = "FreeTable")]
     pub joint_friction: toml::Table,
+}
+
+/// Gear ratios of a URDF.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(untagged, expecting = "one number for each joint, or a row of them for each motor")]
+pub enum GearRatios {
+    /// One for each joint.
+    Each(Vec<f64>),
+    /// A row for each motor, with one for each joint.
+    Rows(Vec<Vec<f64>>),
+}
+
+impl GearRatios {
+    /// Returns a row for each motor, with an entry for each joint.
+    pub(super) fn rows(&self) -> Vec<Vec<f64>> {
+        let ratios = match self {
+            Self::Rows(rows) => return rows.clone(),
+            Self::Each(ratios) => ratios,
+        };
+        let mut rows = vec![vec![0.0; ratios.len()]; ratios.len()];
+        for (motor, ratio) in ratios.iter().enumerate() {
+            rows[motor][motor] = *ratio;
+        }
+        rows
+    }
 }
 
 /// `[payload]`
@@ -181,6 +208,23 @@ pub struct BusSection {
     pub data_bitrate_bps: Option<u32>,
     /// Meaning of the bits of each frame.
     pub layout: LayoutSpec,
+    /// Correction of the torques of all drives: a factor of each scale. Above 0.
+    ///
+    /// If left out: 1.
+    #[serde(default)]
+    pub torque_factor: Option<f64>,
+    /// Time from a sample to the instant at which its positions are valid, in addition to `valid`
+    /// of the layout, negative if they are late; one for all axes or one for each \[µs\]; −500 000
+    /// to 500 000.
+    ///
+    /// If left out: 0.
+    #[serde(default)]
+    pub position_delay_us: Option<OneOrEach<f64>>,
+    /// The same of the torques \[µs\].
+    ///
+    /// If left out: 0.
+    #[serde(default)]
+    pub torque_delay_us: Option<OneOrEach<f64>>,
     /// The gains of each drive, in the order of the axes.
     pub drives: Vec<DriveSpec>,
 }

@@ -30,7 +30,7 @@ use didim_dynamics::SignalTiming;
 use didim_dynamics::dynamics::{BaseParameters, BaseParametersError, Model};
 use didim_dynamics::robot::{JointFriction, JointIndex, Robot};
 use didim_formats::{BagSpec, Columns, UrdfArm};
-use didim_identification::identification::{KeptParameters, Method, Options};
+use didim_identification::identification::{KeptParameters, Method, Options, SignalDelays};
 
 pub use address::{BusAddress, BusAddressError};
 pub use bus::CellBus;
@@ -84,6 +84,8 @@ pub struct Cell {
     sample_rate_hz: f64,
     /// Time at which a torque is valid.
     pub torque_timing: SignalTiming,
+    /// Delays of the signals of single axes.
+    pub signal_delays: SignalDelays,
     /// Columns of the tables. `None` if the tables have didim's own format.
     pub columns: Option<Columns>,
     /// Content to read from ROS 2 bags.
@@ -180,16 +182,20 @@ impl Cell {
         Ok(Self { model: Model::new(&robot), base: base?, robot, ..self })
     }
 
-    /// Returns the cell with the base parameters that the torques of all joints identify. The
-    /// torques in use stay the same.
+    /// Returns the cell with the torques of `used` joints alone, and the base parameters that the
+    /// torques of `identified` joints identify.
     ///
     /// # Errors
     /// [`BaseParametersError`], if no base parameters can be distinguished.
-    pub(crate) fn with_base_of_all_joints(mut self) -> Result<Self, BaseParametersError> {
-        let all: Vec<JointIndex> = (0..self.robot.joints()).map(JointIndex::new).collect();
-        self.base =
-            BaseParameters::compute(&Model::new(&self.robot.clone().with_torque_joints(&all)))?;
-        Ok(self)
+    pub(crate) fn with_joints_of_result(
+        self,
+        used: &[JointIndex],
+        identified: &[JointIndex],
+    ) -> Result<Self, BaseParametersError> {
+        let of_result = self.robot.clone().with_torque_joints(identified);
+        let base = BaseParameters::compute(&Model::new(&of_result))?;
+        let robot = self.robot.with_torque_joints(used);
+        Ok(Self { model: Model::new(&robot), base, robot, ..self })
     }
 
     /// Reads a cell like [`Self::read`], but refuses a cell that leaves choices to the data.

@@ -4,12 +4,16 @@
 use std::path::{Path, PathBuf};
 
 use didim_dynamics::SignalTiming;
+use didim_dynamics::control::{JointController, SimulatedController};
 use didim_dynamics::dynamics::{BaseParameters, Model};
-use didim_dynamics::robot::Robot;
+use didim_dynamics::robot::{JointIndex, Robot};
 use didim_dynamics::simulation::SetupError;
 use didim_formats::{BagSpec, Columns, TextKind};
-use didim_identification::identification::{IdentificationError, Options, PositionFilter};
+use didim_identification::identification::{
+    IdentificationError, Options, PositionFilter, SignalDelays,
+};
 
+use super::data::delays_s;
 use super::file::Cutoff;
 use super::{
     Cell, CellBus, CellError, CellFile, Faults, JointReference, Library, RobotSource,
@@ -60,6 +64,7 @@ struct CellSignals {
     bag: Option<BagSpec>,
     rate_hz: f64,
     torque_timing: SignalTiming,
+    signal_delays: SignalDelays,
 }
 
 impl Cell {
@@ -198,8 +203,15 @@ fn signals(
             let (bus, texts) = found.value_or_fault(bus)?;
             let (rate_hz, torque_timing) =
                 (1e9 / bus.layout.period_ns(), bus.layout.torque_timing());
-            let bus = Some((bus, texts));
-            Some(CellSignals { bus, columns: None, bag: None, rate_hz, torque_timing })
+            let axes = bus.layout.axes();
+            let [position, torque] = [
+                ("bus.position_delay_us", &section.position_delay_us),
+                ("bus.torque_delay_us", &section.torque_delay_us),
+            ]
+            .map(|(key, us)| found.keep_value(key, delays_s(us.as_ref(), axes)));
+            let signal_delays = SignalDelays { position_s: position?, torque_s: torque? };
+            let (bus, columns, bag) = (Some((bus, texts)), None, None);
+            Some(CellSignals { bus, columns, bag, rate_hz, torque_timing, signal_delays })
         }
         (None, Some(data)) => {
             let arm = arm?;
@@ -211,6 +223,7 @@ fn signals(
                     bag: data.bag,
                     rate_hz: data.rate_hz,
                     torque_timing: data.torque_timing,
+                    signal_delays: data.signal_delays,
                 }),
                 Err((key, problem)) => {
                     found.add_fault(key, problem);
@@ -283,6 +296,10 @@ fn check_options(
             found.keep_value("identification.keep_nominal", selected);
         }
     }
+    if let (Some(arm), Some(SimulatedController::Cabinet { joints, .. })) = (arm, &file.controller)
+    {
+        check_torque_limits(file, arm, joints, found);
+    }
     let joints = arm.map_or(&[][..], |arm| arm.robot.recorded_torque().missing_joints()).to_vec();
     if method.simulates() && !joints.is_empty() {
         let problem = IdentificationError::MissingTorques { method, joints }.to_string();
@@ -311,6 +328,51 @@ fn check_options(
             found.add_fault(simulation_key(&source), source.to_string());
         }
     }
+}
+
+/// Checks that the commands of the controller are within the torques of the drives.
+fn check_torque_limits(
+    file: &CellFile,
+    arm: &CellArm,
+    controllers: &[JointController],
+    found: &mut FoundFaults<'_>,
+) {
+    for (number, (own, limits)) in (1..).zip(controllers.iter().zip(arm.robot.limits())) {
+        let (Some(commanded), Some(largest)) = (own.torque_limit_nm, limits.torque_max) else {
+            continue;
+        };
+        if commanded <= largest {
+            continue;
+        }
+        let joint = JointIndex::new(number - 1);
+        let key = "torque_max_nm";
+        let place = match (&arm.source.urdf, arm.robot.joint_name(joint)) {
+            (None, _) => {
+                let place = format!("joint.{number}.{key}");
+                let line = open::line_of(&arm.source.toml, &place).unwrap_or(1);
+                format!("{}:{line} joint[{number}].{key}", file.robot.display())
+            }
+            (Some(_), Some(name)) if has_limit(file, name, key) => {
+                let place = format!("urdf.joints.{name}.{key}");
+                let line = open::line_of(found.text, &place).unwrap_or(1);
+                format!("line {line} {place}")
+            }
+            (Some(_), _) => format!("effort of the joint in {}", file.robot.display()),
+        };
+        let problem = format!(
+            "is {commanded} N·m, above the largest torque of the drive, {largest} N·m (`{place}`); \
+             correct the wrong one"
+        );
+        found.add_fault(&format!("controller.joints.{number}.torque_limit_nm"), problem);
+    }
+}
+
+/// Returns true if the cell file has a limit of a joint of a URDF.
+fn has_limit(file: &CellFile, joint: &str, key: &str) -> bool {
+    file.urdf
+        .as_ref()
+        .and_then(|urdf| urdf.joints.get(joint))
+        .is_some_and(|of| of.contains_key(key))
 }
 
 fn check_parameters(listed: Option<&[String]>, arm: &CellArm, found: &mut FoundFaults<'_>) {
@@ -346,7 +408,7 @@ fn assemble_cell(
     let CellArm { source, robot, model, base } = arm;
     let robot_notes = source.notes().iter().map(ToString::to_string).collect();
     let RobotSource { robot: robot_as_described, toml: robot_text, urdf } = source;
-    let CellSignals { bus, columns, bag, rate_hz, torque_timing } = signals;
+    let CellSignals { bus, columns, bag, rate_hz, torque_timing, signal_delays } = signals;
     let (bus, layout_texts) = bus.map_or((None, Vec::new()), |(bus, texts)| (Some(bus), texts));
     Cell {
         name: file.name,
@@ -367,6 +429,7 @@ fn assemble_cell(
         bus,
         sample_rate_hz: rate_hz,
         torque_timing,
+        signal_delays,
         columns,
         bag,
         window,

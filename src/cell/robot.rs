@@ -3,11 +3,11 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use didim_dynamics::robot::{Robot, RobotError};
+use didim_dynamics::robot::{Robot, RobotError, Transmission};
 use didim_formats::{TextKind, UrdfArm, UrdfDrives, UrdfNote};
 
 use super::CellError;
-use super::file::UrdfSection;
+use super::file::{GearRatios, UrdfSection};
 use super::suggestion::Suggestion;
 
 /// A robot and its source.
@@ -142,9 +142,10 @@ fn at_fault(arm: &UrdfArm, drives: UrdfDrives) -> Option<Wrong> {
     })
 }
 
-/// Returns true if the ratios are valid gear ratios for this number of joints.
-fn is_gear(ratios: &[f64], joints: usize) -> bool {
-    ratios.len() == joints && ratios.iter().all(|ratio| ratio.is_finite() && *ratio != 0.0)
+/// Returns true if the ratios of the motors to their own joints are valid.
+fn is_gear(rows: &[Vec<f64>]) -> bool {
+    let own = rows.iter().enumerate().map(|(motor, row)| row[motor]);
+    own.into_iter().all(|ratio| ratio.is_finite() && ratio != 0.0)
 }
 
 /// Detects a URDF by its file extension, or else by its first character.
@@ -181,12 +182,16 @@ fn drives(arm: &UrdfArm, section: &UrdfSection) -> Result<UrdfDrives, Wrong> {
         return Err(("urdf".to_owned(), missing_section(arm)));
     };
     let wrong = |key: &str, problem: String| Err((format!("urdf.{key}"), problem));
-    let (joints, found) = (arm.joints(), gear_ratios.len());
-    if found != joints {
+    let (joints, rows) = (arm.joints(), gear_ratios.rows());
+    let found = rows.iter().map(Vec::len).find(|found| *found != joints).unwrap_or(rows.len());
+    if found != joints || rows.len() != joints {
         let problem = format!("has {found} entries for {joints} driven joints; give one for each");
         return wrong("gear_ratios", problem);
     }
-    if !is_gear(gear_ratios, joints) {
+    if let (GearRatios::Rows(_), Err(error)) = (gear_ratios, Transmission::new(joints, &rows)) {
+        return wrong("gear_ratios", format!("is no transmission: {error}"));
+    }
+    if !is_gear(&rows) {
         let problem = "has an entry that is 0 or no finite number; give the turns of the motor to \
             one of the joint";
         return wrong("gear_ratios", problem.to_owned());
@@ -219,7 +224,7 @@ fn drives(arm: &UrdfArm, section: &UrdfSection) -> Result<UrdfDrives, Wrong> {
     Ok(UrdfDrives {
         gravity_m_s2: section.gravity_m_s2,
         drive_inertia,
-        gear_ratios: gear_ratios.clone(),
+        gear_ratios: rows,
         friction: friction.iter().map(|(key, value)| format!("{key} = {value}\n")).collect(),
         joints: tables.iter().map(|(joint, own)| (joint.clone(), values(own))).collect(),
     })

@@ -1,12 +1,16 @@
 //! Keys of the cell file that findings ask to change, with the values to write.
 
+use core::fmt;
+use std::path::Path;
+
 use didim_drivers::units::{DriveSpec, Sign, TorqueScale};
-use didim_dynamics::robot::{JointIndex, TorqueTerm};
+use didim_dynamics::robot::{JointIndex, MotorIndex, TorqueTerm};
 use didim_formats::Side;
-use didim_identification::identification::{Change, Setting, SettingValue, Signal};
+use didim_identification::identification::{Change, Setting, SettingValue, Signal, SignalAxis};
 
 use super::data::DataSection;
-use super::unit::OneOrEach;
+use super::file::GearRatios;
+use super::unit::{OneOrEach, Unit};
 use super::{Cell, CellBus, CellFile, SignalSource, open};
 use crate::text::to_uncertainty;
 
@@ -26,6 +30,24 @@ impl Correction {
         let text = to_uncertainty(self.value, self.standard_deviation, MAX_DIGITS);
         text.parse().unwrap_or(self.value)
     }
+
+    fn value(&self) -> SettingValue {
+        SettingValue::Number(self.rounded())
+    }
+}
+
+impl fmt::Display for Correction {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { configured, value, standard_deviation } = *self;
+        write!(f, "configured {configured}")?;
+        // A sign has no uncertainty.
+        if standard_deviation <= 0.0 {
+            return Ok(());
+        }
+        let value = to_uncertainty(value, standard_deviation, MAX_DIGITS);
+        let deviation = to_uncertainty(standard_deviation, standard_deviation, 2);
+        write!(f, "; data {value} ± {deviation}")
+    }
 }
 
 /// An axis, and the ratio of its position to that of the joint.
@@ -42,18 +64,71 @@ impl Axis {
     }
 }
 
+/// Key of a number for all axes or one for each, with its configured value. `usual` is the value of
+/// a missing key.
+#[derive(Clone, Copy)]
+struct AxisKey<'a> {
+    section: &'a str,
+    name: &'a str,
+    configured: Option<&'a OneOrEach<f64>>,
+    usual: f64,
+}
+
+impl AxisKey<'_> {
+    fn path(&self) -> String {
+        format!("{}.{}", self.section, self.name)
+    }
+
+    /// Returns the configured value of each axis. `None` if their number is wrong.
+    fn values(&self, axes: usize) -> Option<Vec<f64>> {
+        self.configured.map_or(Some(vec![self.usual; axes]), |of| of.of_each(axes))
+    }
+}
+
 impl Cell {
-    /// Returns the key of this cell file whose value the data ask to change. `None` if the file has
-    /// no single key for it, as with coupled motors.
-    pub fn setting(&self, source: SignalSource, change: &Change) -> Option<Setting> {
-        match change {
-            Change::Gravity { gravity_m_s2 } => return self.gravity_setting(*gravity_m_s2),
-            Change::Exclude { term } => return self.excludes_setting(*term),
-            _ => {}
-        }
+    /// Returns the key of the cell or robot file whose value the data ask to change. `None` if no
+    /// file has a single key for it, as with the zero of coupled motors, or if signals of several
+    /// sources have several.
+    pub fn setting(&self, sources: &[SignalSource], change: &Change) -> Option<Setting> {
+        let mut settings = sources.iter().map(|source| self.setting_of_source(*source, change));
+        let first = settings.next()??;
+        settings.all(|other| other.as_ref() == Some(&first)).then_some(first)
+    }
+
+    fn setting_of_source(&self, source: SignalSource, change: &Change) -> Option<Setting> {
         let file: CellFile = toml::from_str(&self.configuration.cell).ok()?;
+        match *change {
+            Change::Gravity { gravity_m_s2 } => return self.gravity_setting(gravity_m_s2),
+            Change::Exclude { term } => return self.excludes_setting(term),
+            Change::DriveInertia { joint } => return self.drive_inertia_setting(joint),
+            Change::Coupling { motor, joint, entry, standard_deviation } => {
+                return self.coupling_setting(&file, motor, joint, [entry, standard_deviation]);
+            }
+            Change::Geometry { joint, key, offset, standard_deviation } => {
+                return self.geometry_setting(joint, key, [offset, standard_deviation]);
+            }
+            Change::FrictionLaws { nuisance, relative_torque } => {
+                // Results that are compared over time need one model.
+                let is_open = source != SignalSource::Live && !self.chooses_friction;
+                let share = 100.0 * relative_torque;
+                let explanation =
+                    format!("{nuisance}, configured none; data {share:.1} % of its torque");
+                let value = SettingValue::Word("auto".to_owned());
+                let key = "identification.friction".to_owned();
+                return is_open.then(|| self.setting_of(key, value, explanation));
+            }
+            Change::Delay { axis, signal, delay_s, standard_deviation_s } => {
+                return self.delay_setting(&file, (axis, signal), [delay_s, standard_deviation_s]);
+            }
+            Change::TorqueScale { .. }
+            | Change::PositionScale { .. }
+            | Change::Position { .. }
+            | Change::Sign { .. } => {}
+        }
         match (source, &self.bus, &file.data) {
-            (SignalSource::Bus, Some(bus), _) => self.drive_setting(bus, change),
+            (SignalSource::Bus | SignalSource::Live, Some(bus), _) => {
+                self.drive_setting(bus, &file, change)
+            }
             (SignalSource::Table, None, Some(data)) => self.table_setting(data, change),
             (SignalSource::Bag, None, Some(data)) => self.bag_setting(data, change),
             _ => None,
@@ -69,15 +144,9 @@ impl Cell {
             let value = SettingValue::List(value.to_vec());
             return Some(self.setting_of("urdf.gravity_m_s2".to_owned(), value, explanation));
         }
-        let (text, key) = (&self.configuration.robot, "gravity_m_s2");
-        let file = self.robot_file.file_name().unwrap_or(self.robot_file.as_os_str());
-        Some(Setting {
-            file: file.display().to_string(),
-            line: open::line_of(text, key)?,
-            key: key.to_owned(),
-            value: SettingValue::List(gravity_m_s2.to_vec()),
-            explanation: format!("configured {:?}", self.robot.gravity_m_s2()),
-        })
+        let explanation = format!("configured {:?}", self.robot.gravity_m_s2());
+        let value = SettingValue::List(gravity_m_s2.to_vec());
+        self.robot_setting("gravity_m_s2".to_owned(), value, explanation)
     }
 
     /// Returns the key of the terms that the recorded torques do not contain.
@@ -95,94 +164,209 @@ impl Cell {
         Some(self.setting_of(key.to_owned(), SettingValue::Words(words), explanation))
     }
 
+    /// Returns the key of the inertia of a joint's drive, in a robot file or for a joint of a URDF.
+    fn drive_inertia_setting(&self, joint: JointIndex) -> Option<Setting> {
+        let (value, explanation) = (SettingValue::Truth(true), self.configured_text(joint, false));
+        if self.urdf.is_some() {
+            let key = format!("urdf.joints.{}.drive_inertia", self.robot.joint_name(joint)?);
+            return Some(self.setting_of(key, value, explanation));
+        }
+        self.robot_setting(format!("joint[{joint}].drive_inertia"), value, explanation)
+    }
+
+    /// Returns the key of an entry of the transmission. A URDF with one ratio for each joint gets
+    /// rows.
+    fn coupling_setting(
+        &self,
+        file: &CellFile,
+        motor: MotorIndex,
+        joint: JointIndex,
+        [value, standard_deviation]: [f64; 2],
+    ) -> Option<Setting> {
+        let transmission = self.robot.transmission();
+        let configured = transmission.row(motor.position())[joint.position()];
+        let correction = Correction { configured, value, standard_deviation };
+        let explanation = format!("motor {motor}, {}", self.explanation(joint, &correction));
+        let entry = correction.value();
+        let place = format!("[{motor}][{joint}]");
+        if self.urdf.is_none() {
+            return self.robot_setting(format!("transmission.rows{place}"), entry, explanation);
+        }
+        let key = "urdf.gear_ratios".to_owned();
+        if let Some(GearRatios::Rows(_)) = file.urdf.as_ref()?.gear_ratios {
+            return Some(self.setting_of(key + &place, entry, explanation));
+        }
+        let mut rows = transmission.rows();
+        rows[motor.position()][joint.position()] = correction.rounded();
+        Some(self.setting_of(key, SettingValue::Rows(rows), explanation))
+    }
+
+    /// Returns the key of a length or angle of a joint in a robot file. A URDF has its own
+    /// geometry.
+    fn geometry_setting(
+        &self,
+        joint: JointIndex,
+        key: &str,
+        [offset, standard_deviation]: [f64; 2],
+    ) -> Option<Setting> {
+        let described = self.robot.chain()[joint];
+        let configured = match key {
+            "alpha_deg" => described.alpha.sin.atan2(described.alpha.cos).to_degrees(),
+            "d_m" => described.d_m,
+            _ => described.r_m,
+        };
+        let correction = Correction { configured, value: configured + offset, standard_deviation };
+        let (value, explanation) = (correction.value(), self.explanation(joint, &correction));
+        match self.urdf {
+            Some(_) => None,
+            None => self.robot_setting(format!("joint[{joint}].{key}"), value, explanation),
+        }
+    }
+
+    /// Returns the key of the delays of a signal.
+    fn delay_setting(
+        &self,
+        file: &CellFile,
+        (of, signal): (Option<SignalAxis>, Signal),
+        [delay_s, standard_deviation_s]: [f64; 2],
+    ) -> Option<Setting> {
+        let (section, side, [position, torque]) = match (&file.bus, &file.data) {
+            (Some(bus), _) => ("bus", Side::Motor, [&bus.position_delay_us, &bus.torque_delay_us]),
+            (None, Some(data)) => {
+                // didim's own columns have the side in their names.
+                let side = data.side.unwrap_or(Side::Motor);
+                ("data", side, [&data.position_delay_us, &data.torque_delay_us])
+            }
+            (None, None) => return None,
+        };
+        let (name, configured) = match signal {
+            Signal::Torque => ("torque_delay_us", torque),
+            Signal::Position => ("position_delay_us", position),
+            Signal::Both => return None,
+        };
+        let key = AxisKey { section, name, configured: configured.as_ref(), usual: 0.0 };
+        let in_us = |time_s: f64| 1e6 * time_s;
+        self.axis_setting(key, (of, side), |configured| Correction {
+            configured,
+            value: configured + in_us(delay_s),
+            standard_deviation: in_us(standard_deviation_s),
+        })
+    }
+
     /// Returns the key of the columns of tables.
     fn table_setting(&self, data: &DataSection, change: &Change) -> Option<Setting> {
         let columns = self.columns.as_ref()?;
+        let side = columns.side;
         let (position, torque) = (data.position.as_ref()?, data.torque.as_ref()?);
-        match change {
-            Change::TorqueScale { .. } => {
-                let keys = [torque.per_ampere.as_ref(), torque.factor.as_ref()];
-                self.scale_setting("data.torque", &keys, columns.side, change)
+        match *change {
+            Change::TorqueScale { axis, .. } => {
+                let of = (&torque.unit, &torque.per_ampere, &torque.factor);
+                self.scale_setting(("data.torque", of), (axis, side), change)
+            }
+            Change::PositionScale { axis, .. } => {
+                let of = (&position.unit, &None, &position.factor);
+                self.scale_setting(("data.position", of), (Some(axis), side), change)
             }
             Change::Position { joint, offset, standard_deviation } => {
-                let axis = self.axis(*joint, columns.side)?;
+                let axis = self.axis(SignalAxis::Joint(joint), side)?;
                 let unit = axis.ratio / columns.position.scales.get(axis.index)?;
-                let zero = columns.position.zeros.get(axis.index).copied();
-                let configured = zero.unwrap_or_default();
-                let correction = Correction {
-                    configured,
-                    value: configured - unit * offset,
-                    standard_deviation: (unit * standard_deviation).abs(),
-                };
-                let key = ("data.position", "zero", position.zero.as_ref());
-                let explanation = self.explanation(*joint, &correction);
-                Some(self.list_setting(key, 0.0, axis, correction.rounded(), explanation))
+                let configured = position.zero.as_ref();
+                let key =
+                    AxisKey { section: "data.position", name: "zero", configured, usual: 0.0 };
+                self.axis_setting(key, (Some(SignalAxis::Joint(joint)), side), |configured| {
+                    Correction {
+                        configured,
+                        value: configured - unit * offset,
+                        standard_deviation: (unit * standard_deviation).abs(),
+                    }
+                })
             }
-            Change::Sign { joint, signal } => {
+            Change::Sign { axis, signal } => {
                 let (section, of) = match signal {
                     Signal::Torque => ("data.torque", torque),
                     Signal::Position => ("data.position", position),
                     Signal::Both => return None,
                 };
-                let axis = self.axis(*joint, columns.side)?;
-                self.sign_setting((section, "sign", of.sign.as_ref()), axis, *joint)
+                self.sign_setting(section, of.sign.as_ref(), (axis, side))
             }
-            Change::Exclude { .. } | Change::Gravity { .. } => None,
+            _ => None,
         }
     }
 
     /// Returns the key of the efforts of bags.
     fn bag_setting(&self, data: &DataSection, change: &Change) -> Option<Setting> {
         let (effort, side) = (&data.bag.as_ref()?.effort, self.bag.as_ref()?.side);
-        match change {
-            Change::TorqueScale { .. } => {
-                let keys = [effort.per_ampere.as_ref(), effort.factor.as_ref()];
-                self.scale_setting("data.bag.effort", &keys, side, change)
+        match *change {
+            Change::TorqueScale { axis, .. } => {
+                let of = (&effort.unit, &effort.per_ampere, &effort.factor);
+                self.scale_setting(("data.bag.effort", of), (axis, side), change)
             }
-            Change::Sign { joint, signal: Signal::Torque } => {
-                let key = ("data.bag.effort", "sign", effort.sign.as_ref());
-                self.sign_setting(key, self.axis(*joint, side)?, *joint)
+            Change::Sign { axis, signal: Signal::Torque } => {
+                self.sign_setting("data.bag.effort", effort.sign.as_ref(), (axis, side))
             }
-            Change::Sign { .. }
-            | Change::Position { .. }
-            | Change::Exclude { .. }
-            | Change::Gravity { .. } => None,
+            _ => None,
         }
     }
 
-    /// Returns the axis of a joint. `None` for coupled motors, whose signals belong to several
-    /// joints.
-    fn axis(&self, joint: JointIndex, side: Side) -> Option<Axis> {
-        let (transmission, at) = (self.robot.transmission(), joint.position());
-        if side == Side::Joint {
-            return Some(Axis { index: at, ratio: 1.0 });
+    /// Returns the axis of a signal. `None` for the joint of coupled motors, whose signals belong
+    /// to several joints.
+    fn axis(&self, of: SignalAxis, side: Side) -> Option<Axis> {
+        let transmission = self.robot.transmission();
+        match (of, side) {
+            (SignalAxis::Joint(joint), Side::Joint) => {
+                Some(Axis { index: joint.position(), ratio: 1.0 })
+            }
+            (SignalAxis::Motor(motor), Side::Motor) => {
+                let index = motor.position();
+                Some(Axis { index, ratio: transmission.row(index)[index] })
+            }
+            (SignalAxis::Joint(joint), Side::Motor) => {
+                let index = self.own_motor(joint.position())?;
+                Some(Axis { index, ratio: transmission.row(index)[joint.position()] })
+            }
+            (SignalAxis::Motor(motor), Side::Joint) => {
+                let index = self.own_motor(motor.position())?;
+                Some(Axis { index, ratio: 1.0 })
+            }
         }
-        let mut motors =
-            (0..self.robot.joints()).filter(|motor| transmission.row(*motor)[at] != 0.0);
+    }
+
+    /// Returns the motor of a joint that is coupled to no other.
+    fn own_motor(&self, joint: usize) -> Option<usize> {
+        let transmission = self.robot.transmission();
+        let mut motors = (0..self.robot.joints()).filter(|of| transmission.row(*of)[joint] != 0.0);
         let (index, others) = (motors.next()?, motors.next());
-        let is_alone = others.is_none() && !transmission.is_coupled(index);
-        is_alone.then(|| Axis { index, ratio: transmission.row(index)[at] })
+        (others.is_none() && !transmission.is_coupled(index)).then_some(index)
     }
 
-    /// Returns the key of a drive on the bus.
-    fn drive_setting(&self, bus: &CellBus, change: &Change) -> Option<Setting> {
-        let (Change::TorqueScale { joint: Some(joint), .. }
-        | Change::Position { joint, .. }
-        | Change::Sign { joint, .. }) = change
-        else {
-            return None;
+    /// Returns the key of a drive on the bus, or of all drives.
+    fn drive_setting(&self, bus: &CellBus, file: &CellFile, change: &Change) -> Option<Setting> {
+        let of = match *change {
+            Change::TorqueScale { axis: None, .. } => {
+                let configured = file.bus.as_ref()?.torque_factor.map(OneOrEach::One);
+                let configured = configured.as_ref();
+                let key = AxisKey { section: "bus", name: "torque_factor", configured, usual: 1.0 };
+                return self.axis_setting(key, (None, Side::Motor), |value| scaled(value, change));
+            }
+            Change::TorqueScale { axis: Some(axis), .. }
+            | Change::PositionScale { axis, .. }
+            | Change::Sign { axis, .. } => axis,
+            Change::Position { joint, .. } => SignalAxis::Joint(joint),
+            _ => return None,
         };
-        let axis = self.axis(*joint, Side::Motor)?;
+        let axis = self.axis(of, Side::Motor)?;
         let drive = bus.drives.get(axis.index)?;
-        match change {
-            Change::TorqueScale { factor, standard_deviation, .. } => {
+        let number = |key: String, correction: Correction| {
+            let explanation = self.axis_text(of, &correction);
+            Some(self.setting_of(axis.drive_key(&key), correction.value(), explanation))
+        };
+        match *change {
+            Change::TorqueScale { .. } => {
                 let (key, configured) = proportional_key(drive);
-                let correction = Correction {
-                    configured,
-                    value: configured * factor,
-                    standard_deviation: configured * standard_deviation,
-                };
-                Some(self.number_setting(axis, &format!("torque.{key}"), &correction, *joint))
+                number(format!("torque.{key}"), scaled(configured, change))
+            }
+            Change::PositionScale { .. } => {
+                number("position.factor".to_owned(), scaled(drive.position.factor, change))
             }
             Change::Position { offset, standard_deviation, .. } => {
                 let unit = axis.ratio * bus.scales.position_per_rad(axis.index);
@@ -191,7 +375,7 @@ impl Cell {
                     value: drive.position.zero - unit * offset,
                     standard_deviation: (unit * standard_deviation).abs(),
                 };
-                Some(self.number_setting(axis, "position.zero", &correction, *joint))
+                number("position.zero".to_owned(), correction)
             }
             Change::Sign { signal, .. } => {
                 let (key, sign) = match signal {
@@ -200,125 +384,150 @@ impl Cell {
                     Signal::Both => return None,
                 };
                 let configured = if sign == Sign::Positive { 1 } else { -1 };
-                let explanation = self.configured_text(*joint, configured);
+                let explanation = format!("{}, configured {configured}", self.axis_label(of));
                 let value = SettingValue::Integer(-configured);
                 Some(self.setting_of(axis.drive_key(key), value, explanation))
             }
-            Change::Exclude { .. } | Change::Gravity { .. } => None,
+            _ => None,
         }
     }
 
-    /// Returns the key of a number of a drive.
-    fn number_setting(
-        &self,
-        axis: Axis,
-        key: &str,
-        correction: &Correction,
-        joint: JointIndex,
-    ) -> Setting {
-        let value = SettingValue::Number(correction.rounded());
-        self.setting_of(axis.drive_key(key), value, self.explanation(joint, correction))
-    }
-
-    /// Returns the key of a torque scale: `per_ampere` if the cell has it, else `factor`.
+    /// Returns the key of a scale: `per_ampere` if the axis is given in amperes, else `factor`.
     fn scale_setting(
         &self,
-        section: &str,
-        [per_ampere, factor]: &[Option<&OneOrEach<f64>>; 2],
-        side: Side,
+        (section, (unit, per_ampere, factor)): (&str, ScaleKeys<'_>),
+        (of, side): (Option<SignalAxis>, Side),
         change: &Change,
     ) -> Option<Setting> {
-        let Change::TorqueScale { joint, factor: by, standard_deviation } = change else {
-            return None;
+        let units = unit.of_each(self.robot.joints())?;
+        let in_amperes = match of {
+            Some(of) => units.get(self.axis(of, side)?.index)?.is_current(),
+            None => units.iter().all(Unit::is_current),
         };
-        let (name, configured) = match per_ampere {
-            Some(_) => ("per_ampere", *per_ampere),
-            None => ("factor", *factor),
+        let (name, configured) = match in_amperes && per_ampere.is_some() {
+            true => ("per_ampere", per_ampere),
+            false => ("factor", factor),
         };
-        let axes = self.robot.joints();
-        let values = configured.map_or(Some(vec![1.0; axes]), |of| of.of_each(axes))?;
-        let corrected = |value: f64| Correction {
-            configured: value,
-            value: value * by,
-            standard_deviation: value * standard_deviation,
-        };
-        if let Some(joint) = joint {
-            let axis = self.axis(*joint, side)?;
-            let correction = corrected(*values.get(axis.index)?);
-            let (key, value) = ((section, name, configured), correction.rounded());
-            let explanation = self.explanation(*joint, &correction);
-            return Some(self.list_setting(key, 1.0, axis, value, explanation));
-        }
-        let value = match configured {
-            Some(OneOrEach::Each(_)) => {
-                SettingValue::List(values.iter().map(|of| corrected(*of).rounded()).collect())
-            }
-            _ => SettingValue::Number(corrected(*values.first()?).rounded()),
-        };
-        let explanation = format!("all joints, {by:.3} times the configured value");
-        Some(self.setting_of(format!("{section}.{name}"), value, explanation))
+        let key = AxisKey { section, name, configured: configured.as_ref(), usual: 1.0 };
+        self.axis_setting(key, (of, side), |configured| scaled(configured, change))
     }
 
     /// Returns an entry of a list with one number for each axis. A number that stands for all axes
-    /// becomes a list, and so does a missing key, whose default is `usual`.
-    fn list_setting(
+    /// becomes a list, and so does a missing key. Without an axis, all of them change.
+    fn axis_setting(
         &self,
-        (section, name, configured): (&str, &str, Option<&OneOrEach<f64>>),
-        usual: f64,
-        axis: Axis,
-        value: f64,
-        explanation: String,
-    ) -> Setting {
-        let key = format!("{section}.{name}");
-        let all = match configured {
-            Some(OneOrEach::Each(_)) => {
-                let key = format!("{key}[{}]", axis.index + 1);
-                return self.setting_of(key, SettingValue::Number(value), explanation);
-            }
-            Some(OneOrEach::One(one)) => *one,
-            None => usual,
+        key: AxisKey<'_>,
+        (of, side): (Option<SignalAxis>, Side),
+        corrected: impl Fn(f64) -> Correction,
+    ) -> Option<Setting> {
+        let mut values = key.values(self.robot.joints())?;
+        let path = key.path();
+        let is_list = matches!(key.configured, Some(OneOrEach::Each(_)));
+        let Some(of) = of else {
+            let first = corrected(*values.first()?);
+            let value = match is_list {
+                true => SettingValue::List(
+                    values.iter().map(|value| corrected(*value).rounded()).collect(),
+                ),
+                false => SettingValue::Number(first.rounded()),
+            };
+            return Some(self.setting_of(path, value, format!("all axes, {first}")));
         };
-        let mut values = vec![all; self.robot.joints()];
-        values[axis.index] = value;
-        self.setting_of(key, SettingValue::List(values), explanation)
+        let axis = self.axis(of, side)?;
+        let correction = corrected(*values.get(axis.index)?);
+        let explanation = self.axis_text(of, &correction);
+        if is_list {
+            let key = format!("{path}[{}]", axis.index + 1);
+            return Some(self.setting_of(key, correction.value(), explanation));
+        }
+        values[axis.index] = correction.rounded();
+        Some(self.setting_of(path, SettingValue::List(values), explanation))
     }
 
     /// Returns the opposite sign of an axis.
     fn sign_setting(
         &self,
-        key: (&str, &str, Option<&OneOrEach<f64>>),
-        axis: Axis,
-        joint: JointIndex,
+        section: &str,
+        configured: Option<&OneOrEach<f64>>,
+        (of, side): (SignalAxis, Side),
     ) -> Option<Setting> {
-        let axes = self.robot.joints();
-        let signs = key.2.map_or(Some(vec![1.0; axes]), |of| of.of_each(axes))?;
-        let configured = *signs.get(axis.index)?;
-        let explanation = self.configured_text(joint, configured);
-        Some(self.list_setting(key, 1.0, axis, -configured, explanation))
+        let key = AxisKey { section, name: "sign", configured, usual: 1.0 };
+        let opposite = |configured: f64| Correction {
+            configured,
+            value: -configured,
+            standard_deviation: 0.0,
+        };
+        self.axis_setting(key, (Some(of), side), opposite)
     }
 
-    fn configured_text(&self, joint: JointIndex, configured: impl core::fmt::Display) -> String {
+    fn axis_label(&self, of: SignalAxis) -> String {
+        match of {
+            SignalAxis::Joint(joint) => format!("joint {}", self.robot.joint_label(joint)),
+            SignalAxis::Motor(motor) => {
+                let joint = JointIndex::new(motor.position());
+                match self.robot.joint_name(joint) {
+                    Some(name) => format!("motor {motor} of {name}"),
+                    None => format!("motor {motor}"),
+                }
+            }
+        }
+    }
+
+    fn axis_text(&self, of: SignalAxis, correction: &Correction) -> String {
+        format!("{}, {correction}", self.axis_label(of))
+    }
+
+    fn configured_text(&self, joint: JointIndex, configured: impl fmt::Display) -> String {
         format!("joint {}, configured {configured}", self.robot.joint_label(joint))
     }
 
     fn explanation(&self, joint: JointIndex, correction: &Correction) -> String {
-        let Correction { configured, value, standard_deviation } = correction;
-        format!(
-            "{}; data {} ± {}",
-            self.configured_text(joint, configured),
-            to_uncertainty(*value, *standard_deviation, MAX_DIGITS),
-            to_uncertainty(*standard_deviation, *standard_deviation, 2)
-        )
+        format!("joint {}, {correction}", self.robot.joint_label(joint))
     }
 
     fn setting_of(&self, key: String, value: SettingValue, explanation: String) -> Setting {
-        // Places of the file name the entries of a list by numbers, as `bus.drives.2`.
-        let place = key.replace('[', ".").replace(']', "");
-        let line = open::line_of(&self.configuration.cell, &place).unwrap_or(1);
+        let line = line_of_entry(&self.configuration.cell, &key);
         // Results do not depend on the folder of the cell.
-        let file = self.file.file_name().unwrap_or(self.file.as_os_str());
-        Setting { file: file.display().to_string(), line, key, value, explanation }
+        Setting { file: name_of(&self.file), line: line.unwrap_or(1), key, value, explanation }
     }
+
+    /// Returns a key of the robot file.
+    fn robot_setting(
+        &self,
+        key: String,
+        value: SettingValue,
+        explanation: String,
+    ) -> Option<Setting> {
+        let line = line_of_entry(&self.configuration.robot, &key)?;
+        Some(Setting { file: name_of(&self.robot_file), line, key, value, explanation })
+    }
+}
+
+/// Unit of a quantity, torque per ampere, and correction of the scale.
+type ScaleKeys<'a> = (&'a OneOrEach<Unit>, &'a Option<OneOrEach<f64>>, &'a Option<OneOrEach<f64>>);
+
+/// Returns a number that is multiplied by the factor of a change.
+fn scaled(configured: f64, change: &Change) -> Correction {
+    let (factor, deviation) = match *change {
+        Change::TorqueScale { factor, standard_deviation, .. }
+        | Change::PositionScale { factor, standard_deviation, .. } => (factor, standard_deviation),
+        _ => (1.0, 0.0),
+    };
+    Correction {
+        configured,
+        value: configured * factor,
+        standard_deviation: (configured * deviation).abs(),
+    }
+}
+
+/// Returns the line of a key. Places of the file name the entries of a list by numbers, as
+/// `bus.drives.2`.
+fn line_of_entry(text: &str, key: &str) -> Option<usize> {
+    open::line_of(text, &key.replace('[', ".").replace(']', ""))
+}
+
+fn name_of(file: &Path) -> String {
+    file.file_name().unwrap_or(file.as_os_str()).display().to_string()
 }
 
 /// Returns the key of the number that the torque of a drive is proportional to, with its value.

@@ -120,8 +120,7 @@ impl TorqueUnit<'_> {
         if let Some(sign) = signs.iter().find(|sign| !matches!(**sign, 1.0 | -1.0)) {
             return Err(format!("has a sign of {sign}; use 1 or -1, and the unit for all else"));
         }
-        let is_current = |unit: &Unit| matches!(unit, Unit::Named(name) if amperes(name).is_some());
-        if self.per_ampere.is_some() && !unit.iter().any(is_current) {
+        if self.per_ampere.is_some() && !unit.iter().any(Unit::is_current) {
             return Err("has `per_ampere`, which belongs to the units \"A\" and \"mA\"".to_owned());
         }
         let of_each = |of: &OneOrEach<f64>| of.of_each(axes).ok_or_else(|| each("per_ampere"));
@@ -149,6 +148,11 @@ fn amperes(unit: &str) -> Option<f64> {
 }
 
 impl Unit {
+    /// Returns true for a unit of currents.
+    pub(super) fn is_current(&self) -> bool {
+        matches!(self, Self::Named(name) if amperes(name).is_some())
+    }
+
     /// Returns the SI value of one unit, for an axis with a number from 1.
     fn scale(
         &self,

@@ -3,10 +3,7 @@
 use didim_dynamics::robot::Robot;
 use didim_identification::identification::{Finding, FindingCode as Code, Subject};
 
-use crate::text::significant_digits;
-
-/// Largest number of names in a line. The finding has all of them.
-const MAX_NAMES: usize = 3;
+use crate::text::{few_listed, significant_digits};
 
 /// Describes a finding: `fv_m6 ± 50.1 % and 27 more`.
 pub(super) fn short_text(finding: &Finding, robot: &Robot) -> String {
@@ -43,6 +40,8 @@ pub(super) fn short_text(finding: &Finding, robot: &Robot) -> String {
         Code::LowPassed => "a low-passed signal".to_owned(),
         Code::LateSignal => "a late signal".to_owned(),
         Code::PositionScale => format!("position of {of} fits at {figure} times its value"),
+        Code::Coupling => format!("another coupling of {of} fits better"),
+        Code::DriveInertia => format!("inertia of the drive of {of} is missing"),
         Code::GravityDirection => "another direction of gravity fits better".to_owned(),
         Code::TorqueGain => format!("torque gain of {of} fits at {figure} times its value"),
         Code::TorqueDelay => format!("torque delay of {of} does not fit"),
@@ -101,7 +100,7 @@ fn subject_text(finding: &Finding, robot: &Robot) -> String {
         }
         Some(Subject::Motors(motors)) => counted("motor", motors.iter().map(ToString::to_string)),
         Some(Subject::Links(links)) => counted("link", links.iter().map(ToString::to_string)),
-        Some(Subject::Parameters(names)) => few_listed(names.iter().cloned()),
+        Some(Subject::Parameters(names)) => few_listed(names),
         None => "the arm".to_owned(),
     }
 }
@@ -112,17 +111,7 @@ fn counted(noun: &str, names: impl ExactSizeIterator<Item = String>) -> String {
     format!("{noun}{plural} {}", few_listed(names))
 }
 
-fn few_listed(names: impl Iterator<Item = String>) -> String {
-    let mut names: Vec<String> = names.collect();
-    let more = names.len().saturating_sub(MAX_NAMES);
-    names.truncate(MAX_NAMES);
-    match more {
-        0 => names.join(", "),
-        _ => format!("{} and {more} more", names.join(", ")),
-    }
-}
-
 /// Returns the part of a message before its remedy.
-fn first_clause(message: &str) -> String {
+pub(super) fn first_clause(message: &str) -> String {
     message.split(": ").next().unwrap_or(message).to_owned()
 }

@@ -6,7 +6,7 @@ use didim_identification::identification::{
     Estimate, Finding, FindingCode, Note, Severity, Use, UseVerdict,
 };
 
-use super::short_finding::{limit_text, short_text};
+use super::short_finding::{first_clause, limit_text, short_text};
 use crate::text::significant_digits;
 
 /// Largest relative difference of a figure from the parameter or joint that it is taken from.
@@ -91,7 +91,7 @@ pub(super) fn lines<'a>(
             None => ("undecided", true),
         };
         let because = match is_refused {
-            true => refusal_text(usage, &findings, robot),
+            true => refusal_text((usage, verdict), &findings, robot),
             false => figure_text(usage, verdict, estimate, robot),
         };
         UseLine { usage, answer, because }
@@ -131,8 +131,16 @@ fn blocking(usage: Use, findings: &[Finding]) -> impl Iterator<Item = &Finding> 
 
 /// Describes why a use is refused: the cause with its limit, the number of further causes, and a
 /// possible explanation.
-fn refusal_text(usage: Use, findings: &[Finding], robot: &Robot) -> String {
-    let Some(main) = cause_of(usage, findings) else { return "–".to_owned() };
+fn refusal_text(
+    (usage, verdict): (Use, &UseVerdict),
+    findings: &[Finding],
+    robot: &Robot,
+) -> String {
+    let Some(main) = cause_of(usage, findings) else {
+        // A result of a version without findings has sentences.
+        let sentence = verdict.reasons.first().map(|reason| first_clause(&reason.to_string()));
+        return sentence.unwrap_or_else(|| "–".to_owned());
+    };
     let mut text = short_text(main, robot);
     if let Some(limit) = limit_text(main) {
         text += &format!(" (limit {limit})");

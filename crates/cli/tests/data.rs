@@ -506,3 +506,63 @@ fn a_bag_of_ros_2_identifies_as_the_same_recording_does() {
         out.stderr
     );
 }
+
+/// Drives count positions and references in the same way. A reference that another program writes
+/// differently has its own sign and zero.
+#[test]
+fn references_have_the_sign_and_zero_of_the_positions_unless_they_have_their_own() {
+    let convention = "sign = [1, -1, 1, 1, 1, 1], zero = [0, 90, 0, 0, 0, 0]";
+    let data = DATA.replace("sign = [1, -1, 1, 1, 1, 1]", convention);
+    let scales_of = |reference: &str| {
+        let folder =
+            cell(&format!("{data}reference = {{ column = \"r{{axis}}\", {reference} }}\n"));
+        let read = Cell::read(&folder.path().join("cell.toml")).unwrap();
+        let reference = read.columns.unwrap().reference.unwrap();
+        [reference.scales[1], reference.zeros.get(1).copied().unwrap_or_default()]
+    };
+    let degree = 1_f64.to_radians();
+    assert_close(scales_of("unit = \"deg\""), [-degree, 90.0]);
+    assert_close(scales_of("unit = \"rad\""), [-1.0, 90.0 * degree]);
+    assert_close(scales_of("unit = \"rad\", sign = 1, zero = 0"), [1.0, 0.0]);
+    assert_close(scales_of("unit = \"rad\", sign = 1"), [1.0, 90.0 * degree]);
+}
+
+/// The number of the first line that begins so.
+fn line_number(text: &str, begin: &str) -> usize {
+    let found = text.lines().position(|line| line.starts_with(begin));
+    found.unwrap_or_else(|| panic!("{begin}")) + 1
+}
+
+fn assert_close([scale, zero]: [f64; 2], expected: [f64; 2]) {
+    let near = |one: f64, other: f64| (one - other).abs() < 1e-9;
+    assert!(near(scale, expected[0]) && near(zero, expected[1]), "{scale} {zero}");
+}
+
+/// A command above the torque of its drive: one of the two limits is wrong, and both are named.
+#[test]
+fn a_controller_that_commands_more_than_its_drive_has_is_refused() {
+    let folder = cell(DATA);
+    let file = folder.path().join("cell.toml");
+    let robot = fs::read_to_string(folder.path().join("robot.toml")).unwrap();
+    let text = fs::read_to_string(&file).unwrap();
+    let (before, rest) = text.split_once("[controller]").unwrap();
+    let (_, after) = rest.split_once("[identification]").unwrap();
+    let controller = |limit: &str| {
+        let joint = "{ law = { kind = \"p\", kp_per_rad = 1.0, k_tau_nm = 1.0 } }".to_owned();
+        let first = joint.replace("} }", &format!("}}, torque_limit_nm = {limit} }}"));
+        let joints = [vec![first], vec![joint; 5]].concat().join(", ");
+        format!(
+            "{before}[controller]\nkind = \"cabinet\"\ntiming = {{ kind = \"continuous\", \
+             sample_period_s = 2e-4 }}\njoints = [{joints}]\n[identification]{after}"
+        )
+    };
+    fs::write(&file, controller("1e9")).unwrap();
+    let said = Cell::read(&file).unwrap_err().to_string();
+    let text = fs::read_to_string(&file).unwrap();
+    let in_cell = format!("line {}: `controller.joints", line_number(&text, "joints = ["));
+    let in_robot =
+        format!("robot.toml:{} joint[1].torque_max_nm", line_number(&robot, "torque_max_nm"));
+    assert!(said.contains(&in_cell) && said.contains(&in_robot), "{said}");
+    fs::write(&file, controller("1.0")).unwrap();
+    assert!(Cell::read(&file).is_ok(), "{:?}", Cell::read(&file).err());
+}

@@ -172,6 +172,11 @@ fn a_tiago_without_its_dead_torques_as_the_rows_of_the_others() {
     let predicted = json(&succeed(&[&predict[..], &counted].concat()));
     close(figure(&predicted, "relative_error"), error, SAME_RECIPE, "predicted");
     assert!(predicted["rms_error_per_joint_nm"][7].is_null());
+    // Its own joints are the default.
+    let by_default = json(&succeed(&[&predict[..4], &counted].concat()));
+    assert_eq!(by_default["relative_error_per_joint"], predicted["relative_error_per_joint"]);
+    let notes = by_default["notes"].to_string();
+    assert!(notes.contains("without the torque of joint 1, 6, 7, 8"), "{notes}");
     // What needs every joint says so.
     let refused = run("2,3,4,5", &[&"--method", &"didim"]);
     assert_eq!(refused.code, Some(1), "{refused:?}");

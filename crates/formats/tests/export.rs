@@ -61,7 +61,7 @@ fn bodies_alone(arm: &UrdfArm) -> Robot {
     let drives = UrdfDrives {
         gravity_m_s2: None,
         drive_inertia: false,
-        gear_ratios: vec![1.0; joints],
+        gear_ratios: UrdfDrives::without_gears(joints),
         friction,
         joints: BTreeMap::new(),
     };

@@ -7,6 +7,7 @@ use didim::analysis::{
     ConsistentModel, CountedPiece, DataChoices, Format, NO_FRICTION, StoredModel,
     identify_recordings, measurement_pairs,
 };
+use didim::cell::SignalSource;
 use didim::files::replace;
 use didim::report::consistent_summary;
 use didim::report::html::{InputFile, Origin, Report, SampleRange};
@@ -195,13 +196,13 @@ pub(crate) fn identify(
 ) -> PyResult<Result> {
     let method = method.map(str::parse::<Method>).transpose().map_err(errors::usage)?;
     let (mut parts, origins) = counted(python, &cell.cell, &recordings, [start, end])?;
-    let source = recordings[0].source;
+    let sources: Vec<SignalSource> = recordings.iter().map(|of| of.source).collect();
     let mut cell = didim::cell::Cell::clone(&cell.cell);
     let (cell, identification) = work::run(python, move || -> PyResult<_> {
         let choices = DataChoices::make_choices(&mut cell, &measurement_pairs(&parts), |_| {})
             .map_err(errors::identification)?;
         let method = method.unwrap_or(cell.method);
-        let how = (&choices, source, false);
+        let how = (&choices, &sources[..], false);
         let identified = identify_recordings(&mut cell, method, &mut parts, how);
         let identification = identified.map_err(|error| match error {
             didim::analysis::identify::IdentifyError::Identification(

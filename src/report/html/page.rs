@@ -95,9 +95,33 @@ pub fn with_real_minus(text: &str) -> String {
 
 const SUPERSCRIPTS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
 
-/// Turns text into a sentence, with a capital letter and a full stop.
-pub fn to_sentence(text: &str) -> String {
+/// Turns text into a sentence, with a capital letter and a full stop. Text between backticks is
+/// code.
+pub fn to_sentence(text: &str) -> Markup {
     let mut letters = text.chars();
     let first = letters.next().into_iter().flat_map(char::to_uppercase);
-    first.chain(letters).chain(['.']).collect()
+    let sentence: String = first.chain(letters).chain(['.']).collect();
+    with_code(&sentence)
+}
+
+/// Formats text between backticks as code. A backtick without a second one stays.
+pub fn with_code(text: &str) -> Markup {
+    let Some((before, (code, after))) =
+        text.split_once('`').and_then(|(before, rest)| Some((before, rest.split_once('`')?)))
+    else {
+        return html! { (text) };
+    };
+    html! { (before) code { (code) } (with_code(after)) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn text_between_backticks_is_code() {
+        let text = "set `cell.toml:3 data.sign[2]`: -1 <a> `open";
+        let sentence = "Set <code>cell.toml:3 data.sign[2]</code>: -1 &lt;a&gt; `open.";
+        assert_eq!(to_sentence(text).into_string(), sentence);
+    }
 }

@@ -9,6 +9,7 @@ use super::super::names::name_joints;
 use super::super::uses::{self, Headline, has_refused_use, shown_notes};
 use super::page::to_sentence;
 use super::{Report, chart, number_text, percent_text, section};
+use crate::text::few_listed;
 
 pub(super) fn heading(report: &Report<'_>) -> Markup {
     let estimate = &report.identification.estimate;
@@ -70,18 +71,6 @@ pub(super) fn verdict_section(report: &Report<'_>) -> Markup {
 /// Share of a joint's highest speed below which the joint hardly moves \[1\].
 const BARELY_MOVING_SHARE: f64 = 0.1;
 
-/// Largest number of parameters in a sentence. The table has all of them.
-const MAX_NAMES: usize = 5;
-
-/// `a, b, c and 25 more`
-fn few_listed(names: &[&str]) -> String {
-    let shown = names.len().min(MAX_NAMES);
-    match names.len() - shown {
-        0 => names.join(", "),
-        more => format!("{} and {more} more", names[..shown].join(", ")),
-    }
-}
-
 /// If a use is refused, lists the parameters whose statistical uncertainty is too large, and the
 /// joints that hardly moved.
 fn missing_section(report: &Report<'_>) -> Markup {
@@ -109,7 +98,7 @@ fn missing_section(report: &Report<'_>) -> Markup {
     html! {
         p {
             "Noise alone leaves these uncertain by more than " (percent_text(limit, 2)) ": "
-            (few_listed(&uncertain)) "."
+            (few_listed(uncertain)) "."
             @if !still.is_empty() {
                 " Joints that stayed below a tenth of their highest speed: " (still.join(", ")) "."
             }

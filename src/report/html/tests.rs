@@ -1,6 +1,6 @@
 use std::path::Path;
 
-use didim_identification::identification::{ReachedRange, Uses};
+use didim_identification::identification::{ReachedRange, Reason, UseVerdict, Uses};
 
 use super::specimen::*;
 use super::*;
@@ -164,6 +164,34 @@ fn what_noise_leaves_uncertain_is_said_where_a_use_is_refused() {
     let html = page(&identification);
     for part in ["more than 10 %: mx2r, fc6, fc_m6.", "highest speed: 4, 5.", "didim advise"] {
         assert!(html.contains(part), "{part}");
+    }
+}
+
+/// The deciding figure may be within its limit where another one refuses the use.
+#[test]
+fn a_refused_use_has_its_cause_in_its_row() {
+    let (cell, mut identification, origin) = (cell(), identification(), origin());
+    let stored = serde_json::from_str("\"the torque of joint 2 is late: check it\"").unwrap();
+    for (reason, cause) in [
+        (
+            Reason::HeldOut { error: 0.21, limit: 0.15 },
+            "cross-validation error 21.0 % (limit 15.0 %)",
+        ),
+        (stored, "the torque of joint 2 is late"),
+    ] {
+        identification.estimate.verdict.uses.prediction = UseVerdict {
+            applicable: Some(false),
+            figure: Some(0.05),
+            unit: "1",
+            limit: Some(0.15),
+            reasons: vec![reason],
+            ..UseVerdict::default()
+        };
+        let html = Report::new(&cell, &identification, &origin).to_html();
+        let (_, rows) = html.split_once("table class=\"uses\"").unwrap();
+        let (_, row) = rows.split_once("prediction").unwrap();
+        let (row, _) = row.split_once("</tr>").unwrap();
+        assert!(row.contains(">no<") && row.contains(cause), "{row}");
     }
 }
 

@@ -90,10 +90,29 @@ pub(crate) struct Arguments {
     torque_joints: TorqueJoints,
 }
 
+impl Arguments {
+    /// Refuses values of other sums of parameters than those that some torques alone identify.
+    fn check_joints(&self, cell: &Cell) -> Result<(), CliError> {
+        let option = match (&self.published, &self.scenario) {
+            (Some(_), _) => "--published",
+            (None, Some(_)) => "--scenario",
+            (None, None) => return Ok(()),
+        };
+        match cell.robot.recorded_torque().missing_joints() {
+            [] => Ok(()),
+            _ => Err(CliError::Usage(format!(
+                "the torques of some joints alone identify other sums of parameters than the \
+                 values of {option}, under the same names; use all joints, or leave {option} out"
+            ))),
+        }
+    }
+}
+
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let mut cell = arguments.torque_joints.read_cell(&arguments.cell)?;
     let methods = if arguments.methods.is_empty() { &Method::ALL } else { &arguments.methods[..] };
     let mut trials = trials(methods, arguments.strict);
+    arguments.check_joints(&cell)?;
     let base_names = cell.base.names();
     let published =
         read_toml(arguments.published.as_deref(), |text| Published::from_toml(text, base_names))?;

@@ -32,7 +32,7 @@ use didim::analysis::{
     CountedPiece, DesignedMotion, ExpectedParameter, identify_recordings, measurement_pairs,
 };
 use didim::archive::store::{Recordings, Timestamp};
-use didim::cell::Cell;
+use didim::cell::{Cell, SignalSource};
 use didim::report::html::{InputFile, Origin, Report, SampleRange};
 use didim::report::{self, date_text};
 use didim::text::align_table;
@@ -276,7 +276,9 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let working = WorkIndicator::start(&format!("identifying by {method}"));
     // The measurements are needed again only if each is identified separately.
     let keeps_parts = MAX_SEPARATE_IDENTIFICATIONS.contains(&parts.len());
-    let how = (&choices, signal_source(&inputs[0], &cell), keeps_parts);
+    let sources: Vec<SignalSource> =
+        inputs.iter().map(|input| signal_source(input, &cell)).collect();
+    let how = (&choices, &sources[..], keeps_parts);
     let identified =
         working.show_during(|| identify_recordings(&mut cell, method, &mut parts, how));
     let identification =

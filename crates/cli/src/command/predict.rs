@@ -70,6 +70,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     // Outputs are checked first, so that no work is lost.
     let read: [&Path; 4] = [&arguments.cell, &arguments.result, &arguments.input, &cell.robot_file];
     check_outputs(&arguments.report, &read)?;
+    let asked = cell.robot.recorded_torque().clone();
     let (model, cell) =
         StoredModel::read_stored_model(&arguments.result, cell).map_err(CliError::from_failure)?;
     let input = InputFileOrStream::open(&arguments.input)?;
@@ -83,7 +84,16 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         return Err(CliError::in_file(&arguments.result, explanation));
     }
     let same_configuration = model.is_of(&cell);
-    let notes = notes(&model, &cell, &prediction, same_configuration);
+    let mut notes = notes(&model, &cell, &prediction, same_configuration);
+    let missing = cell.robot.recorded_torque().missing_joints().iter();
+    let left_out: Vec<String> = missing
+        .filter(|joint| asked.has_joint(**joint))
+        .map(|joint| cell.robot.joint_label(*joint))
+        .collect();
+    if !left_out.is_empty() {
+        let joints = left_out.join(", ");
+        notes.push(format!("the result was identified without the torque of joint {joints}"));
+    }
     if arguments.json {
         let output =
             Output { prediction: &prediction, recorded, same_configuration, notes: &notes };

@@ -5,6 +5,7 @@ use std::sync::atomic::Ordering;
 
 use clap::Args;
 use didim_drivers::source::{CandumpWriter, InterfaceName, StampDigits};
+use didim_dynamics::robot::TorqueTerm;
 use didim_dynamics::trajectory::SampledReference;
 use didim_formats::{Measurement, Side, read_motion, write_csv};
 use didim_sim::{CandumpSink, Pace, PlaybackResult, Scenario, SocketCanSink, VirtualDevice, play};
@@ -230,5 +231,14 @@ pub(super) fn read_scenario(name: &str, cell: &Cell) -> Result<Scenario, CliErro
     check_robot(&scenario, cell)
         .map_err(|error| CliError::from_configuration(format!("{name}: {error}")))?;
     print_note(&note_lines(scenario.findings()));
+    let excluded = cell.robot.recorded_torque().excluded_terms();
+    if !excluded.is_empty() {
+        let terms: Vec<String> = excluded.iter().map(TorqueTerm::to_string).collect();
+        print_note(&format!(
+            "note: the cell excludes {} from its torques, and the simulated torques contain it; \
+             leave out `excludes` to identify them\n",
+            terms.join(" and ")
+        ));
+    }
     Ok(scenario)
 }

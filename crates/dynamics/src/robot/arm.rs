@@ -55,6 +55,26 @@ impl Robot {
     pub fn with_friction(mut self, friction: Vec<JointFriction>) -> Self {
         assert_eq!(friction.len(), self.joints(), "one entry per joint");
         self.own_friction = friction;
+        self.with_new_parameter_table()
+    }
+
+    /// Returns the same robot with another transmission. Nominal values stay. Those of new
+    /// parameters are 0, and those of removed parameters are gone.
+    #[must_use]
+    pub fn with_transmission(mut self, transmission: Transmission) -> Self {
+        self.transmission = transmission;
+        self.with_new_parameter_table()
+    }
+
+    /// Returns the same robot with the inertia of a joint's drive as a parameter of the model. Its
+    /// nominal value, if there are any, is 0.
+    #[must_use]
+    pub fn with_drive_inertia(mut self, joint: JointIndex) -> Self {
+        self.joints[joint].drive_inertia = true;
+        self.with_new_parameter_table()
+    }
+
+    fn with_new_parameter_table(mut self) -> Self {
         self.parameters = ParameterTable::new(
             &self.joints,
             self.friction,

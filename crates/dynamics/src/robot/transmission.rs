@@ -99,6 +99,27 @@ impl Transmission {
         })
     }
 
+    /// Returns the same transmission with another entry of R: the motion of `motor` per unit of
+    /// `joint`, both counted from 0.
+    ///
+    /// # Errors
+    /// [`TransmissionError`].
+    pub fn with_entry(
+        &self,
+        motor: usize,
+        joint: usize,
+        entry: f64,
+    ) -> Result<Self, TransmissionError> {
+        let mut rows = self.rows();
+        rows[motor][joint] = entry;
+        Self::new(self.joints, &rows)
+    }
+
+    /// Returns the rows of R.
+    pub fn rows(&self) -> Vec<Vec<f64>> {
+        (0..self.joints).map(|motor| self.row(motor).to_vec()).collect()
+    }
+
     /// Computes joint positions, velocities or accelerations from those of the motors: R⁻¹ q_motor.
     ///
     /// # Panics

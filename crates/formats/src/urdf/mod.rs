@@ -64,8 +64,9 @@ pub struct UrdfDrives {
     /// True if the inertias of the drives are parameters, for joints without their own key. Behind
     /// a torque sensor they are not.
     pub drive_inertia: bool,
-    /// Turns of each motor per turn of its joint; 1 for joint-side signals.
-    pub gear_ratios: Vec<f64>,
+    /// Turns of each motor per turn of each joint, a row for each motor; 1 on the diagonal for
+    /// joint-side signals.
+    pub gear_ratios: Vec<Vec<f64>>,
     /// Lines of a robot file's `[friction]`.
     pub friction: String,
     /// Keys of single joints, by their names: keys of a joint in a robot file, with their values as
@@ -74,6 +75,12 @@ pub struct UrdfDrives {
 }
 
 impl UrdfDrives {
+    /// Returns the gear ratios of joint-side signals.
+    pub fn without_gears(joints: usize) -> Vec<Vec<f64>> {
+        let entry = |motor: usize, joint: usize| if joint == motor { 1.0 } else { 0.0 };
+        (0..joints).map(|motor| (0..joints).map(|joint| entry(motor, joint)).collect()).collect()
+    }
+
     /// Assumes drives for inspecting an arm without configured drives: joint-side signals, drive
     /// inertias, viscous and Coulomb friction, and offsets.
     pub fn with_assumed_drives(joints: usize) -> Self {
@@ -81,7 +88,7 @@ impl UrdfDrives {
         Self {
             gravity_m_s2: None,
             drive_inertia: true,
-            gear_ratios: vec![1.0; joints],
+            gear_ratios: Self::without_gears(joints),
             friction: format!("viscous = true\ncoulomb = true\noffset = true\n{sign}\n"),
             joints: BTreeMap::new(),
         }
@@ -277,10 +284,8 @@ impl UrdfArm {
             }
         }
         writeln!(out, "\n[transmission]\nrows = [")?;
-        for motor in 0..self.joints() {
-            let ratio =
-                |joint: usize| if joint == motor { drives.gear_ratios.get(motor) } else { None };
-            let row = (0..self.joints()).map(|joint| format!("{:?}", ratio(joint).unwrap_or(&0.0)));
+        for row in &drives.gear_ratios {
+            let row = row.iter().map(|ratio| format!("{ratio:?}"));
             writeln!(out, "  [{}],", row.collect::<Vec<_>>().join(", "))?;
         }
         writeln!(out, "]\n\n[friction]\n{}", drives.friction)?;

@@ -50,8 +50,8 @@ pub use judgement::{
     ModelUncertaintySchema1, Note, NuisanceEstimate, NuisanceParameter, Output,
     ParameterCovariance, ParameterEstimate, PhysicalConsistency, PositionBias, PredictedError,
     Quantity, ReachedRange, Reason, ReferenceSource, ResidualQuantiles, SCHEMA, Setting,
-    SettingValue, Severity, Signal, SingularValues, Subject, TorqueDelay, UseVerdict, Uses,
-    Verdict,
+    SettingValue, Severity, Signal, SignalAxis, SingularValues, Subject, TorqueDelay, UseVerdict,
+    Uses, Verdict,
 };
 pub use observation::{Motion, filtered_motion, observation_matrix};
 pub use payload::{
@@ -63,7 +63,7 @@ pub use problem::{
     BodiesFrom, ClosedLoopLimits, ConvergenceLimits, CutoffSearch, DecimationFilter, Experiment,
     ExperimentError, Failure, FrictionSearch, IdentificationError, IterationError, KeptParameters,
     LimitError, Method, Optimiser, Options, PayloadLimits, PositionFilter, Selection,
-    SensitivityMethod, SimulationOptions, Start, ToleranceError, Tolerances, UnknownMethod, Use,
-    VerdictLimits,
+    SensitivityMethod, SignalDelays, SimulationOptions, Start, ToleranceError, Tolerances,
+    UnknownMethod, Use, VerdictLimits,
 };
 pub use torque_along::{TorqueAlong, torque_along};

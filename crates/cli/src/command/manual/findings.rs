@@ -33,8 +33,12 @@ pub(super) fn page() -> Page {
                 "`set` is the key to change in the cell or robot file, if the data ask for another \
                  value: `file`, `line` (of the section, if the key is missing), `key` and `value`. \
                  Entries of lists count from 1, as in `bus.drives[2].position.zero`. It exists for \
-                 gains, zeros and signs of drives on a bus and of columns in `[data]`, where one \
-                 motor turns one joint, and for `gravity_m_s2` of a robot file.",
+                 scales, zeros, signs and delays of drives on a bus and of columns in `[data]` \
+                 (of bags for the efforts and delays), for `excludes` and \
+                 `identification.friction`, and for gravity, drive inertia, couplings and \
+                 geometry of a robot file or of `[urdf]`. Zeros and gains need a motor that turns \
+                 one joint. Signals of several kinds, such as a bag and a table, have it where \
+                 one key serves all.",
             ),
             heading("Blocking"),
             table(Severity::Blocking),

@@ -189,7 +189,8 @@ pub const CATALOGUE: &[CatalogueRow] = &[
         messages: &["the data fit decisively better without a delay of … ms …"],
         uses: &[Prediction, PhysicalValues, RigidBody],
         meaning: "a signal is logged late; the combined uncertainty includes it",
-        remedy: "State when the signal is valid (`valid`), or record it in time",
+        remedy: "State when the signal is valid (`valid`, `torque_delay_us`, `position_delay_us`), \
+             or record it in time",
     },
     CatalogueRow {
         code: Code::PositionScale,
@@ -198,6 +199,28 @@ pub const CATALOGUE: &[CatalogueRow] = &[
         uses: &[Prediction, PhysicalValues, RigidBody],
         meaning: "a gear ratio or the counts of an encoder are wrong",
         remedy: "Check the gear ratio (`transmission.rows`) and the scale of the position",
+    },
+    CatalogueRow {
+        code: Code::Coupling,
+        severity: Explanatory,
+        messages: &[
+            "the data fit decisively better with a coupling of … turns of motor N for one of \
+             joint M: …",
+        ],
+        uses: &[Prediction, PhysicalValues, RigidBody],
+        meaning: "a coupling of the transmission has another sign or ratio, or is missing",
+        remedy: "Correct the row of the motor (`transmission.rows`, `urdf.gear_ratios`)",
+    },
+    CatalogueRow {
+        code: Code::DriveInertia,
+        severity: Explanatory,
+        messages: &[
+            "the data fit decisively better with a parameter for the inertia of the drive \
+             of joint N: …",
+        ],
+        uses: &[Prediction, PhysicalValues, RigidBody],
+        meaning: "the torque accelerates a drive whose inertia is not in the model",
+        remedy: "Set `drive_inertia = true` for this joint: the torque is from the motor current",
     },
     CatalogueRow {
         code: Code::GravityDirection,
@@ -260,7 +283,8 @@ pub const CATALOGUE: &[CatalogueRow] = &[
         messages: &["the torque delay … fits the data best …"],
         uses: &[PhysicalValues, RigidBody],
         meaning: "the data contradict the configured delay",
-        remedy: "Check hold and delay of the torque in `bus.layout`",
+        remedy: "Check hold and delay of the torque (`bus.layout`, `data.torque_valid`), or set \
+             `torque_delay_us`",
     },
     CatalogueRow {
         code: Code::KnownTorque,

@@ -79,6 +79,10 @@ finding_codes! {
     LateSignal = "late-signal",
     /// A position has another scale, as with a wrong gear ratio.
     PositionScale = "position-scale",
+    /// A motor is coupled to another joint, or with another sign or ratio.
+    Coupling = "coupling",
+    /// The inertia of a drive is missing in the model.
+    DriveInertia = "drive-inertia",
     /// The direction of gravity differs: the arm is mounted differently.
     GravityDirection = "gravity-direction",
     /// The recorded torques do not contain gravity.

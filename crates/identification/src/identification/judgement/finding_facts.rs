@@ -96,11 +96,7 @@ impl Finding {
             }
             let (uses, message) = (Vec::new(), note.to_string());
             let found = note.facts().finding(note.code(), Severity::Advisory, uses, message);
-            let set = match note {
-                Note::Explanation(reason) => reason.setting().cloned(),
-                _ => None,
-            };
-            Self { set, ..found }
+            Self { set: note.setting().cloned(), ..found }
         });
         reasons.iter().copied().map(finding).chain(advisory).collect()
     }
@@ -131,6 +127,8 @@ impl Reason {
                 Alternative::Late { lag: Lag::Delay, .. } => Code::LateSignal,
                 Alternative::PositionScale { .. } => Code::PositionScale,
                 Alternative::TorqueScale { .. } => Code::TorqueGain,
+                Alternative::Coupling { .. } => Code::Coupling,
+                Alternative::DriveInertia { .. } => Code::DriveInertia,
                 Alternative::NoGravity => Code::GravityRemoved,
                 Alternative::Gravity { .. } => Code::GravityDirection,
             },
@@ -295,7 +293,7 @@ impl Note {
             Self::DownweightedThroughout { joints, .. } => {
                 Facts::about(Subject::Joints(joints.iter().map(|(joint, _)| *joint).collect()))
             }
-            Self::ModelError { nuisance } => {
+            Self::ModelError { nuisance, .. } => {
                 Facts::of_joint(nuisance.joint, nuisance.relative_torque, "1")
             }
             Self::FarFromNominal { far } => {
@@ -312,6 +310,10 @@ fn of_alternative(found: &Alternative) -> Facts {
         Alternative::Late { time_s, .. } => Facts::new(subject, time_s.value, "s"),
         Alternative::PositionScale { factor, .. } | Alternative::TorqueScale { factor, .. } => {
             Facts::new(subject, factor.value, "1")
+        }
+        Alternative::Coupling { .. } => {
+            let entry = found.coupling().map(|entry| entry.value);
+            Facts { subject, figure: entry, unit: Some("1"), limit: None }
         }
         _ => Facts { subject, ..Facts::default() },
     }

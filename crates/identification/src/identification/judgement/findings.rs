@@ -97,12 +97,15 @@ impl Findings<'_> {
     ) -> Result<Identification, IdentificationError> {
         let Self { observations, solution, iteration, .. } = &self;
         let (limits, filter) = (&context.options.limits, context.row_filter());
+        let analysis = ResidualAnalysis::new(observations, solution, &filter);
+        let covariance = analysis.covariance();
         let pieces = Folds::from_context(context, self.motion);
         // Figures count repeated motion once, because model errors repeat with it.
-        let analysis = ResidualAnalysis::new(observations, solution, &filter)
-            .counting_once(pieces.mean_repeats);
-        let distinct_covariance = analysis.covariance();
-        let covariance = &distinct_covariance / pieces.mean_repeats;
+        let analysis = analysis.counting_once(pieces.mean_repeats);
+        let distinct_covariance = match pieces.mean_repeats > 1.0 {
+            true => analysis.covariance(),
+            false => covariance.clone(),
+        };
         let deviations = covariance.diagonal().map(f64::sqrt);
         let torque = self.torque.as_ref().map_or(*observations, |rows| rows.observations);
         let residuals = self.torque.as_ref().map_or(&solution.residuals, |rows| rows.residuals);
@@ -128,10 +131,9 @@ impl Findings<'_> {
                 self.checks(context, torque, &analysis, &solution.parameters, &deviations, beside)?
             }
             Some(own) => {
-                let analysis =
-                    ResidualAnalysis::new(torque, own, &filter).counting_once(pieces.mean_repeats);
-                let own_covariance = analysis.covariance() / pieces.mean_repeats;
-                let own_deviations = own_covariance.diagonal().map(f64::sqrt);
+                let analysis = ResidualAnalysis::new(torque, own, &filter);
+                let own_deviations = analysis.covariance().diagonal().map(f64::sqrt);
+                let analysis = analysis.counting_once(pieces.mean_repeats);
                 if self.method.fits_positions() {
                     other = limits.other_parameters(
                         context.selection.names(),

@@ -40,7 +40,7 @@ mod workspace;
 pub use alternatives::{Alternative, Chosen, Lag, Signal};
 pub use bias::PositionBias;
 pub use catalogue::{CATALOGUE, CatalogueRow};
-pub use change::Change;
+pub use change::{Change, SignalAxis};
 pub(crate) use checks::PositionError;
 pub use chosen_cutoff::{ChosenCutoff, CutoffTrial};
 pub use chosen_friction::{ChosenFriction, FrictionChange, FrictionGain, FrictionScore};

@@ -135,7 +135,12 @@ pub enum Note {
     /// rows.
     DownweightedThroughout { joints: Vec<(JointIndex, usize)>, of: usize },
     /// Largest model error, if it is more than small.
-    ModelError { nuisance: NuisanceEstimate },
+    ModelError {
+        nuisance: NuisanceEstimate,
+        /// Coupling that explains it.
+        coupling: Option<Alternative>,
+        setting: Option<Setting>,
+    },
     /// Bodies with these parameters are far from the nominal ones.
     FarFromNominal { far: FarBody },
     /// Possible explanation of a large figure, although the figures of the required uses do not
@@ -514,16 +519,10 @@ fn contradicted(f: &mut fmt::Formatter<'_>, found: &NuisanceEstimate) -> fmt::Re
 impl Note {
     /// True if the note is about a friction law of the model.
     pub fn is_about_friction_laws(&self) -> bool {
-        let Self::ModelError { nuisance } = self else { return false };
-        matches!(
-            nuisance.nuisance,
-            NuisanceParameter::JointFriction(_) | NuisanceParameter::MotorFriction(_)
-        )
+        let Self::ModelError { nuisance, .. } = self else { return false };
+        nuisance.nuisance.is_friction()
     }
 }
-
-/// Number of parameters that a message names.
-const NAMED_PARAMETERS: usize = 6;
 
 /// Writes the content that recorded torques lack, and the parameters that are not identifiable
 /// without it.
@@ -542,14 +541,11 @@ fn incomplete(
     }
     match parameters.len() {
         0 => Ok(()),
-        count => {
-            let named = listed(parameters.iter().take(NAMED_PARAMETERS));
-            write!(f, ": without it {count} base parameters are not identifiable: {named}")?;
-            match count.saturating_sub(NAMED_PARAMETERS) {
-                0 => Ok(()),
-                more => write!(f, " and {more} more"),
-            }
-        }
+        count => write!(
+            f,
+            ": without it {count} base parameters are not identifiable: {}",
+            few_listed(parameters)
+        ),
     }
 }
 
@@ -580,7 +576,10 @@ fn lacking(f: &mut fmt::Formatter<'_>, found: &NuisanceEstimate) -> fmt::Result 
 impl Display for Note {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::ModelError { nuisance } => lacking(f, nuisance),
+            Self::ModelError { nuisance, setting, .. } => {
+                lacking(f, nuisance)?;
+                to_follow(f, setting.as_ref())
+            }
             Self::FarFromNominal { far } => far.fmt(f),
             Self::NoReference => f.write_str(
                 "no reference was recorded: the filtered measured position replaces it. The \

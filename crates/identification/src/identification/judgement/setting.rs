@@ -13,8 +13,14 @@ pub enum SettingValue {
     Integer(i64),
     /// A number.
     Number(f64),
+    /// True or false.
+    Truth(bool),
     /// A list of numbers, one for each axis.
     List(Vec<f64>),
+    /// Rows of numbers, one for each motor.
+    Rows(Vec<Vec<f64>>),
+    /// A word.
+    Word(String),
     /// A list of words.
     Words(Vec<String>),
 }
@@ -24,7 +30,10 @@ impl fmt::Display for SettingValue {
         match self {
             Self::Integer(value) => value.fmt(f),
             Self::Number(value) => value.fmt(f),
+            Self::Truth(value) => value.fmt(f),
             Self::List(values) => write!(f, "{values:?}"),
+            Self::Rows(rows) => write!(f, "{rows:?}"),
+            Self::Word(word) => write!(f, "{word:?}"),
             Self::Words(words) => write!(f, "{words:?}"),
         }
     }

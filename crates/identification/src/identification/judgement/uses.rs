@@ -150,12 +150,11 @@ impl Verdict {
     pub fn add_settings(&mut self, find: &dyn Fn(&Change) -> Option<Setting>) {
         let of_uses = (self.uses.all_mut().into_iter())
             .flat_map(|of| of.reasons.iter_mut().chain(&mut of.explanations));
-        let of_notes = self.notes.iter_mut().filter_map(|note| match note {
-            Note::Explanation(reason) => Some(reason),
-            _ => None,
-        });
-        for reason in self.reasons.iter_mut().chain(of_uses).chain(of_notes) {
+        for reason in self.reasons.iter_mut().chain(of_uses) {
             reason.find_setting(find);
+        }
+        for note in &mut self.notes {
+            note.find_setting(find);
         }
     }
 

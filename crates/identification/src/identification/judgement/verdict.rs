@@ -2,7 +2,7 @@
 
 use nalgebra::DVector;
 
-use super::alternatives::{Alternative, better_sign};
+use super::alternatives::{Alternative, better_sign, missing_coupling, other_coupling};
 use super::estimate::{Estimate, ReferenceSource};
 use super::nuisance_parameters::{NuisanceEstimate, NuisanceParameter};
 use super::positive_parameter::{parameter, positive_quantity};
@@ -124,11 +124,14 @@ impl VerdictLimits {
         };
         let (delays, others): (Vec<_>, Vec<_>) =
             estimate.nuisance_parameters.iter().partition(|found| found.is_delay());
+        let mut found = known.explanations.clone();
+        found.extend(coupling_behind_gains(known.context, &others, &found));
+        let others = others.into_iter().filter(|of| !follows_from(of, &found));
         let contradicted_values: Vec<Reason> = contradicted(others).collect();
         let is_new =
             |of: &&Reason| !is_repeated(of, &blocking) && !is_repeated(of, &contradicted_values);
         let explanations: Vec<Reason> = (explaining.into_iter())
-            .chain(known.explanations.iter().filter(is_new).cloned())
+            .chain(found.iter().filter(is_new).cloned())
             .chain(contradicted_values.iter().cloned())
             .collect();
         // A delay belongs to the record, and does not affect predictions.
@@ -430,7 +433,16 @@ impl VerdictLimits {
                 && self.is_significant(found.probability, effects.len())
         });
         let largest = largest.filter(|found| found.nuisance.is_model_error());
-        notes.extend(largest.map(|found| Note::ModelError { nuisance: found.clone() }));
+        notes.extend(largest.map(|found| Note::ModelError {
+            nuisance: found.clone(),
+            coupling: match found.nuisance {
+                NuisanceParameter::Coupling { joint, neighbour } => {
+                    missing_coupling(context, [joint, neighbour])
+                }
+                _ => None,
+            },
+            setting: None,
+        }));
         notes
     }
 }
@@ -454,6 +466,38 @@ fn contradicted<'a>(
             * quantity.configured.hypot(quantity.standard_deviation);
         (found.relative_torque >= DUST && quantity.value.abs() > least)
             .then(|| Reason::Contradicted { nuisance: found.clone(), setting: None })
+    })
+}
+
+/// Returns another coupling that explains the contradicted torque gain of a coupled joint.
+fn coupling_behind_gains(
+    context: &Context<'_>,
+    nuisance: &[&NuisanceEstimate],
+    explanations: &[Reason],
+) -> Option<Reason> {
+    let unexplained = nuisance.iter().copied().filter(|of| !follows_from(of, explanations));
+    let mut gains = contradicted(unexplained).filter_map(|reason| match reason {
+        Reason::Contradicted { nuisance, .. } => match nuisance.nuisance {
+            NuisanceParameter::TorqueGain(joint) => Some(joint),
+            _ => None,
+        },
+        _ => None,
+    });
+    let found = gains.find_map(|joint| other_coupling(context, joint))?;
+    Some(Reason::Alternative { found, setting: None })
+}
+
+/// Returns true for a value of a joint whose motor is coupled differently, or whose drive inertia is
+/// missing in the model.
+fn follows_from(found: &NuisanceEstimate, explanations: &[Reason]) -> bool {
+    explanations.iter().any(|reason| match reason {
+        Reason::Alternative { found: Alternative::Coupling { motor, joint, .. }, .. } => {
+            found.joint == *joint || found.joint.position() == motor.position()
+        }
+        Reason::Alternative { found: Alternative::DriveInertia { joint }, .. } => {
+            found.joint == *joint
+        }
+        _ => false,
     })
 }
 

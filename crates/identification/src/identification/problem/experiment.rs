@@ -21,6 +21,16 @@ pub(crate) struct Recording {
     pub(crate) counted_samples: Range<usize>,
 }
 
+/// Time from the stamp of a signal to the instant at which it is valid, for each axis; negative if
+/// it is logged late \[s\]. Empty if there are none.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SignalDelays {
+    /// Those of the positions.
+    pub position_s: Vec<f64>,
+    /// Those of the torques, in addition to their timing.
+    pub torque_s: Vec<f64>,
+}
+
 /// Joint-side signals on a uniform grid, of one recording or of several that follow each other: one
 /// row per sample, one column per joint.
 ///
@@ -223,6 +233,52 @@ impl Experiment {
     pub fn with_reference_timing(mut self, timing: SignalTiming) -> Result<Self, ExperimentError> {
         self.check_timing("reference", timing)?;
         self.reference_timing = timing;
+        Ok(self)
+    }
+
+    /// Shifts the signals in time by the delays of their sources. The samples at the ends that then
+    /// have no value do not count. `transmission` is that of motor-side delays.
+    ///
+    /// # Errors
+    /// [`ExperimentError::Axes`] if the delays are those of another number of axes.
+    pub fn with_signal_delays(
+        mut self,
+        delays: &SignalDelays,
+        transmission: Option<&Transmission>,
+    ) -> Result<Self, ExperimentError> {
+        let (expected, rate_hz) = (self.joints(), self.sample_rate_hz);
+        for (signal, of) in [("position", &delays.position_s), ("torque", &delays.torque_s)] {
+            if !of.is_empty() && of.len() != expected {
+                return Err(ExperimentError::Axes { signal, axes: of.len(), expected });
+            }
+        }
+        let all = || delays.position_s.iter().chain(&delays.torque_s).map(|of| of * rate_hz);
+        let [latest, earliest] =
+            [all().fold(0.0, f64::max), all().fold(0.0, |most, of| most.max(-of))];
+        if latest <= 0.0 && earliest <= 0.0 {
+            return Ok(self);
+        }
+        let logged = self.clone();
+        let shift = |signals: &mut DMatrix<f64>, of: &[f64]| {
+            for (column, delay_s) in signals.column_iter_mut().zip(of) {
+                logged.undo_delay(column, -delay_s * rate_hz);
+            }
+        };
+        let [of_positions, of_torques] = [&delays.position_s, &delays.torque_s];
+        match transmission {
+            Some(transmission) => self.change_signals(
+                |positions| {
+                    change_motor_positions(positions, transmission, |of| shift(of, of_positions));
+                },
+                |torques| change_motor_torques(torques, transmission, |of| shift(of, of_torques)),
+            ),
+            None => self.change_signals(|of| shift(of, of_positions), |of| shift(of, of_torques)),
+        }
+        self.leave_out_delayed(earliest);
+        for Recording { samples, counted_samples: counted } in &mut self.recordings {
+            let start = samples.start + whole_samples(latest);
+            counted.start = counted.start.max(start).min(counted.end);
+        }
         Ok(self)
     }
 

@@ -1,6 +1,7 @@
 //! Alternative readings of the signals and of the arm.
 
-use didim_dynamics::robot::{MotorIndex, Transmission};
+use didim_dynamics::MAX_JOINTS;
+use didim_dynamics::robot::{JointIndex, MotorIndex, Robot, Transmission};
 use nalgebra::DMatrix;
 
 use crate::identification::problem::{Experiment, change_motor_positions, change_motor_torques};
@@ -83,6 +84,22 @@ pub enum Alternative {
         /// Factor by which the torque has to be multiplied \[1\].
         factor: Chosen,
     },
+    /// A motor turns in another way with another joint than configured.
+    Coupling {
+        /// The motor.
+        motor: MotorIndex,
+        /// The joint that it is coupled to.
+        joint: JointIndex,
+        /// Entry of the transmission \[motor turns per joint turn\]; `factor` is its multiple.
+        entry: f64,
+        /// Factor that the data choose, above 0 \[1\]; `None` for the entry itself.
+        factor: Option<Chosen>,
+    },
+    /// The inertia of a joint's drive is missing in the model.
+    DriveInertia {
+        /// The joint.
+        joint: JointIndex,
+    },
     /// The torques do not contain gravity, because the controller removed it.
     NoGravity,
     /// Gravity acts along another axis of the base.
@@ -101,13 +118,27 @@ impl Alternative {
             | Self::TorqueScale { motor, .. } => vec![*motor],
             Self::Swapped { motors, .. } => motors.to_vec(),
             Self::Late { motor, .. } => motor.iter().copied().collect(),
+            Self::Coupling { motor, .. } => vec![*motor],
+            Self::DriveInertia { joint } => vec![MotorIndex::new(joint.position())],
             Self::NoGravity | Self::Gravity { .. } => Vec::new(),
         }
     }
 
-    /// Returns true for readings that data often cannot distinguish. The better of the two
-    /// represents both.
+    /// Returns true for readings that data often cannot distinguish.
     pub(super) fn is_related(&self, other: &Self) -> bool {
+        let inverts_coupled = |one: &Self, other: &Self| {
+            let (Self::Coupling { motor, .. }, Self::OppositeSign { motor: of_other, .. }) =
+                (one, other)
+            else {
+                return false;
+            };
+            motor == of_other
+        };
+        self.is_same_kind(other) || inverts_coupled(self, other) || inverts_coupled(other, self)
+    }
+
+    /// Returns true for readings of one kind, of which the better represents both.
+    fn is_same_kind(&self, other: &Self) -> bool {
         match (self, other) {
             (Self::OppositeSign { motor, .. }, Self::OppositeSign { motor: of_other, .. })
             | (Self::PositionScale { motor, .. }, Self::PositionScale { motor: of_other, .. })
@@ -124,6 +155,10 @@ impl Alternative {
                 let overlap = motor == of_other || motor.is_none() || of_other.is_none();
                 overlap && signal == other
             }
+            (
+                Self::Coupling { motor, joint, .. },
+                Self::Coupling { motor: of_other, joint: other, .. },
+            ) => motor == of_other && joint == other,
             // Gravity along the axes of all joints acts like none.
             (Self::NoGravity | Self::Gravity { .. }, Self::NoGravity | Self::Gravity { .. }) => {
                 true
@@ -134,7 +169,7 @@ impl Alternative {
 
     /// Returns true for related readings of the same motors.
     pub(super) fn is_variant(&self, other: &Self) -> bool {
-        self.is_related(other) && self.motors() == other.motors()
+        self.is_same_kind(other) && self.motors() == other.motors()
     }
 
     /// Returns true if the friction of a drive may have the other sign with this reading.
@@ -153,7 +188,9 @@ impl Alternative {
             Self::Late { lag: Lag::Delay, .. }
             | Self::PositionScale { .. }
             | Self::NoGravity
-            | Self::Gravity { .. } => false,
+            | Self::Gravity { .. }
+            | Self::Coupling { .. }
+            | Self::DriveInertia { .. } => false,
         }
     }
 
@@ -166,12 +203,64 @@ impl Alternative {
         }
     }
 
+    /// Returns another arm than the configured one. `None` if only signals or gravity differ, or
+    /// if no transmission has this coupling.
+    pub(super) fn arm(&self, configured: &Robot) -> Option<Robot> {
+        match self {
+            Self::Coupling { motor, joint, .. } => {
+                let entry = self.coupling().map_or(0.0, |entry| entry.value);
+                let transmission = configured.transmission();
+                let other = transmission.with_entry(motor.position(), joint.position(), entry);
+                Some(configured.clone().with_transmission(other.ok()?))
+            }
+            Self::DriveInertia { joint } => Some(configured.clone().with_drive_inertia(*joint)),
+            _ => None,
+        }
+    }
+
+    /// Returns true if the model has other base parameters than the configured one.
+    pub(super) fn has_other_model(&self) -> bool {
+        matches!(
+            self,
+            Self::Coupling { .. }
+                | Self::DriveInertia { .. }
+                | Self::NoGravity
+                | Self::Gravity { .. }
+        )
+    }
+
     /// Returns the number that the data choose, if there is one.
     pub(super) fn constant(&self) -> Option<Chosen> {
         match self {
             Self::Late { time_s, .. } => Some(*time_s),
             Self::PositionScale { factor, .. } | Self::TorqueScale { factor, .. } => Some(*factor),
+            Self::Coupling { factor, .. } => *factor,
             _ => None,
+        }
+    }
+
+    /// Returns the number of parameters that the arm has more than the configured one.
+    pub(super) fn new_parameters(&self, configured: &Robot) -> usize {
+        let count = |robot: &Robot| robot.parameters().names().len();
+        self.arm(configured).map_or(0, |arm| count(&arm).saturating_sub(count(configured)))
+    }
+
+    /// Returns the entry of the transmission, with its standard deviation. `None` without a
+    /// coupling.
+    pub(in super::super) fn coupling(&self) -> Option<Chosen> {
+        let Self::Coupling { entry, factor, .. } = self else { return None };
+        let factor = factor.unwrap_or(Chosen { value: 1.0, standard_deviation: 0.0 });
+        Some(Chosen {
+            value: entry * factor.value,
+            standard_deviation: (entry * factor.standard_deviation).abs(),
+        })
+    }
+
+    /// Returns the number of configured values that would be wrong.
+    pub(super) fn wrong_values(&self) -> usize {
+        match self {
+            Self::OppositeSign { signal: Signal::Both, .. } => 2,
+            _ => 1,
         }
     }
 
@@ -186,9 +275,8 @@ impl Alternative {
         match &mut changed {
             Self::Late { time_s: own, .. }
             | Self::PositionScale { factor: own, .. }
-            | Self::TorqueScale { factor: own, .. } => {
-                *own = chosen;
-            }
+            | Self::TorqueScale { factor: own, .. } => *own = chosen,
+            Self::Coupling { factor: Some(own), .. } => *own = chosen,
             _ => {}
         }
         changed
@@ -196,17 +284,55 @@ impl Alternative {
 
     /// Corrects the positions of the motors, or what transforms like them (samples × motors), as
     /// far as no other sample takes part.
-    pub(super) fn correct_positions(&self, motors: &mut DMatrix<f64>) {
-        if let Self::PositionScale { motor, factor } = self {
-            motors.column_mut(motor.position()).scale_mut(factor.value);
+    pub(super) fn correct_positions(&self, motors: &mut DMatrix<f64>, configured: &Transmission) {
+        match self {
+            Self::PositionScale { motor, factor } => {
+                motors.column_mut(motor.position()).scale_mut(factor.value);
+            }
+            // Positions that the configured transmission turns to those of the other one:
+            // R R'⁻¹ = 1 − δ e_m wᵀ / (1 + δ w_m), where w is the row of the joint in R⁻¹.
+            Self::Coupling { motor, joint, .. } => {
+                let (added, row) = (self.added_coupling(configured), joint_row(configured, *joint));
+                let motor = motor.position();
+                let share = added / (1.0 + added * row[motor]);
+                for mut of_sample in motors.row_iter_mut() {
+                    let joint: f64 = of_sample.iter().zip(row).map(|(own, of)| own * of).sum();
+                    of_sample[motor] -= share * joint;
+                }
+            }
+            _ => {}
         }
         self.correct(Signal::Position, motors);
     }
 
+    /// Returns the difference of the coupling from the configured one.
+    fn added_coupling(&self, configured: &Transmission) -> f64 {
+        match self {
+            Self::Coupling { motor, joint, .. } => {
+                let entry = self.coupling().map_or(0.0, |entry| entry.value);
+                entry - configured.row(motor.position())[joint.position()]
+            }
+            _ => 0.0,
+        }
+    }
+
     /// Corrects the torques of the motors (samples × motors), as far as no other sample takes part.
-    pub(super) fn correct_torques(&self, motors: &mut DMatrix<f64>) {
-        if let Self::TorqueScale { motor, factor } = self {
-            motors.column_mut(motor.position()).scale_mut(factor.value);
+    pub(super) fn correct_torques(&self, motors: &mut DMatrix<f64>, configured: &Transmission) {
+        match self {
+            Self::TorqueScale { motor, factor } => {
+                motors.column_mut(motor.position()).scale_mut(factor.value);
+            }
+            // R⁻ᵀ R'ᵀ = 1 + δ w e_mᵀ.
+            Self::Coupling { motor, joint, .. } => {
+                let (added, row) = (self.added_coupling(configured), joint_row(configured, *joint));
+                for mut of_sample in motors.row_iter_mut() {
+                    let torque = added * of_sample[motor.position()];
+                    for (own, of) in of_sample.iter_mut().zip(row) {
+                        *own += torque * of;
+                    }
+                }
+            }
+            _ => {}
         }
         self.correct(Signal::Torque, motors);
     }
@@ -235,7 +361,10 @@ impl Alternative {
                 *signal = Signal::Position;
             }
             Self::PositionScale { .. } => {}
-            Self::Late { .. }
+            // Another arm has another model.
+            Self::Coupling { .. }
+            | Self::DriveInertia { .. }
+            | Self::Late { .. }
             | Self::TorqueScale { .. }
             | Self::NoGravity
             | Self::Gravity { .. } => return None,
@@ -291,13 +420,13 @@ impl Alternative {
         corrected.change_signals(
             |positions| {
                 change_motor_positions(positions, transmission, |motors| {
-                    self.correct_positions(motors);
+                    self.correct_positions(motors, transmission);
                     undo(motors, Signal::Position);
                 });
             },
             |torques| {
                 change_motor_torques(torques, transmission, |motors| {
-                    self.correct_torques(motors);
+                    self.correct_torques(motors, transmission);
                     undo(motors, Signal::Torque);
                 });
             },
@@ -307,4 +436,17 @@ impl Alternative {
         }
         corrected
     }
+}
+
+/// Returns the row of a joint in R⁻¹: its position per unit of each motor.
+fn joint_row(transmission: &Transmission, joint: JointIndex) -> [f64; MAX_JOINTS] {
+    let joints = transmission.row(0).len();
+    core::array::from_fn(|motor| {
+        let (mut of_motors, mut of_joints) = ([0.0; MAX_JOINTS], [0.0; MAX_JOINTS]);
+        if motor < joints {
+            of_motors[motor] = 1.0;
+        }
+        transmission.joint_position(&of_motors[..joints], &mut of_joints[..joints]);
+        of_joints[joint]
+    })
 }

@@ -1,6 +1,6 @@
 //! List of the alternatives that are compared.
 
-use didim_dynamics::robot::MotorIndex;
+use didim_dynamics::robot::{JointIndex, MotorIndex, Robot};
 
 use super::alternative::{Alternative, Chosen, Lag, Signal};
 use crate::identification::problem::Context;
@@ -92,9 +92,35 @@ pub(super) fn bank(context: &Context<'_>, ranges: &[f64]) -> Vec<Group> {
         groups.push(Group::new(Alternative::PositionScale { motor, factor }, &SCALES));
         groups.push(Group::new(Alternative::TorqueScale { motor, factor }, &TORQUE_SCALES));
     }
+    groups.extend(couplings(context.robot, &motors));
+    let without_inertia =
+        motors.iter().filter(|motor| !context.robot.chain()[motor.position()].drive_inertia);
+    groups.extend(without_inertia.map(|motor| {
+        let joint = JointIndex::new(motor.position());
+        Group::new(Alternative::DriveInertia { joint }, &[])
+    }));
     groups.push(Group::new(Alternative::NoGravity, &[]));
     for gravity_m_s2 in other_directions(context.robot.gravity_m_s2()) {
         groups.push(Group::new(Alternative::Gravity { gravity_m_s2 }, &[]));
+    }
+    groups
+}
+
+/// Returns other values of the configured couplings: of the other sign, another size, or none.
+/// Couplings that are not configured are left out, because friction of a wrist looks like one.
+fn couplings(robot: &Robot, motors: &[MotorIndex]) -> Vec<Group> {
+    let mut groups = Vec::new();
+    for motor in motors {
+        let row = robot.transmission().row(motor.position());
+        for (joint, &configured) in (0..row.len()).map(JointIndex::new).zip(row) {
+            if configured == 0.0 || joint.position() == motor.position() {
+                continue;
+            }
+            let coupling =
+                |entry, factor| Alternative::Coupling { motor: *motor, joint, entry, factor };
+            groups.extend([-configured, 0.0].map(|entry| Group::new(coupling(entry, None), &[])));
+            groups.push(Group::new(coupling(configured, Some(Chosen::default())), &SCALES));
+        }
     }
     groups
 }

@@ -29,7 +29,7 @@ use self::screen::Screen;
 use crate::identification::problem::{Context, Experiment, IdentificationError};
 use crate::regression::{ResidualAnalysis, RowFilter};
 use didim_dynamics::dynamics::{BaseParameters, Model};
-use didim_dynamics::robot::{JointIndex, MotorIndex};
+use didim_dynamics::robot::{JointIndex, MotorIndex, Robot};
 
 /// Smallest ΔL of an alternative that is named, and smallest distance from the next one that is
 /// unrelated \[nat\]: odds of 22,000 to 1. Residuals are coloured, and models never exact.
@@ -83,8 +83,8 @@ impl FoundAlternatives {
         }
         let logged = context.experiment.first_samples(INSPECTED);
         // A reading that cannot be fitted has no residual to explain.
-        let Ok(configured) = Refit::new(context, context.base, &logged, &context.model, None)
-        else {
+        let arm = (context.robot, context.base);
+        let Ok(configured) = Refit::new(context, arm, &logged, &context.model, None) else {
             return Self::default();
         };
         let mut found = Self::default();
@@ -112,10 +112,70 @@ pub(super) fn better_sign(context: &Context<'_>, joint: JointIndex) -> Option<Si
     residuals.min_by(|(one, _), (other, _)| one.total_cmp(other)).map(|(_, signal)| signal)
 }
 
+/// Returns the coupling of two neighbouring joints that is not configured and describes the data:
+/// the motor of the outer joint turns with the inner one as far as with its own, either way.
+pub(super) fn missing_coupling(
+    context: &Context<'_>,
+    neighbours: [JointIndex; 2],
+) -> Option<Alternative> {
+    let [joint, outer] = [neighbours.iter().min()?, neighbours.iter().max()?].map(|of| *of);
+    let row = context.robot.transmission().row(outer.position());
+    let own = row[outer.position()];
+    let is_missing = row[joint.position()] == 0.0;
+    let places = [(MotorIndex::new(outer.position()), joint)];
+    is_missing.then(|| explaining_coupling(context, places, |_| [own, -own])).flatten()
+}
+
+/// Returns a configured coupling of a joint that describes the data with the other sign, or is
+/// none.
+pub(super) fn other_coupling(context: &Context<'_>, joint: JointIndex) -> Option<Alternative> {
+    let (transmission, joints) = (context.robot.transmission(), context.robot.joints());
+    let places = (0..joints).flat_map(|motor| (0..joints).map(move |of| (motor, of)));
+    let places = places.filter(|(motor, of)| {
+        let is_of_joint = [*motor, *of].contains(&joint.position());
+        motor != of && is_of_joint && transmission.row(*motor)[*of] != 0.0
+    });
+    let places = places.map(|(motor, of)| (MotorIndex::new(motor), JointIndex::new(of)));
+    explaining_coupling(context, places, |configured| [-configured, 0.0])
+}
+
+/// Returns the best of several couplings. `entries` has those that are tried at a place, by the
+/// configured one. `None` if both joints of each place keep more than half of their residual power.
+fn explaining_coupling(
+    context: &Context<'_>,
+    places: impl IntoIterator<Item = (MotorIndex, JointIndex)>,
+    entries: impl Fn(f64) -> [f64; 2],
+) -> Option<Alternative> {
+    if context.decimation.is_none() {
+        return None;
+    }
+    let logged = context.experiment.first_samples(INSPECTED);
+    let arm = (context.robot, context.base);
+    let before = relative_squares(&Refit::new(context, arm, &logged, &context.model, None).ok()?);
+    let explaining = |alternative: Alternative| {
+        let Alternative::Coupling { motor, joint, .. } = alternative else { return None };
+        let reading = Reading::new(&alternative, context, &logged);
+        let after = relative_squares(&reading.refit(context, None).ok()?);
+        let explains = |of: usize| after[of] <= LEAVES * before[of];
+        let gain: f64 = gains([&before, &after]).sum();
+        let is_better = gain > 0.0 && (explains(joint.position()) || explains(motor.position()));
+        is_better.then_some((gain, alternative))
+    };
+    let alternatives = places.into_iter().flat_map(|(motor, joint)| {
+        let configured = context.robot.transmission().row(motor.position())[joint.position()];
+        entries(configured).map(|entry| Alternative::Coupling { motor, joint, entry, factor: None })
+    });
+    let best =
+        alternatives.filter_map(explaining).max_by(|(one, _), (other, _)| one.total_cmp(other));
+    best.map(|(_, alternative)| alternative)
+}
+
 /// Signals and model of an alternative.
 struct Reading {
     signals: Experiment,
     model: Model,
+    /// The arm; `None` as it is configured.
+    robot: Option<Robot>,
     /// Base parameters of the model; `None` as they are configured.
     base: Option<BaseParameters>,
 }
@@ -123,13 +183,14 @@ struct Reading {
 impl Reading {
     fn new(alternative: &Alternative, context: &Context<'_>, logged: &Experiment) -> Self {
         let signals = alternative.corrected(logged, context.robot.transmission());
-        let mut model = context.model.clone();
-        let gravity_m_s2 = alternative.gravity_m_s2();
-        if let Some(gravity_m_s2) = gravity_m_s2 {
+        let robot = alternative.arm(context.robot);
+        let mut model = robot.as_ref().map_or_else(|| context.model.clone(), Model::new);
+        if let Some(gravity_m_s2) = alternative.gravity_m_s2() {
             model = model.with_gravity(gravity_m_s2);
         }
-        let base = gravity_m_s2.and_then(|_| BaseParameters::compute(&model).ok());
-        Self { signals, model, base }
+        let compute = || BaseParameters::compute(&model).ok();
+        let base = alternative.has_other_model().then(compute).flatten();
+        Self { signals, model, robot, base }
     }
 
     /// Solves with these signals. `same_motion` is a solution with the same motion and model, if
@@ -139,8 +200,9 @@ impl Reading {
         context: &Context<'r>,
         same_motion: Option<&Refit<'_>>,
     ) -> Result<Refit<'r>, IdentificationError> {
+        let robot = self.robot.as_ref().unwrap_or(context.robot);
         let base = self.base.as_ref().unwrap_or(context.base);
-        Refit::new(context, base, &self.signals, &self.model, same_motion)
+        Refit::new(context, (robot, base), &self.signals, &self.model, same_motion)
     }
 }
 
@@ -157,7 +219,7 @@ fn explain(refit: &Refit<'_>, logged: &Experiment, found: &mut FoundAlternatives
         Some(Best::Named(alternative)) => alternative,
     };
     let reading = Reading::new(&alternative, &refit.context, logged);
-    let is_same_model = alternative.gravity_m_s2().is_none();
+    let is_same_model = !alternative.has_other_model();
     found.alternatives.push(alternative);
     let Ok(better) = reading.refit(&refit.context, None) else {
         found.parameter_change = None;
@@ -311,7 +373,13 @@ fn named<'c>(
     let nearest = first.evidence - DECISIVE;
     let is_rivalled = others
         .any(|of| of.evidence_of(&first.explained) > nearest && of.is_possible(refit, filter));
-    (!is_rivalled).then_some(first)
+    // The reading with the fewest wrong values stands for those that the data cannot distinguish.
+    let is_equal =
+        |of: &&Candidate| of.alternative.is_related(&first.alternative) && of.evidence > nearest;
+    let equal = candidates.iter().filter(explains).filter(is_equal);
+    let simplest = equal.min_by_key(|of| of.alternative.wrong_values()).unwrap_or(first);
+    let is_simpler = simplest.alternative.wrong_values() < first.alternative.wrong_values();
+    (!is_rivalled).then_some(if is_simpler { simplest } else { first })
 }
 
 /// Returns the best low-pass of all signals. The screening cannot judge it, because its rows are
@@ -441,7 +509,9 @@ impl Finalist {
             true => torques.explained([before, after], LEAVES, MATTERS),
             false => Vec::new(),
         };
-        Fitted { alternative, squares, explained, solved: better.map(|of| of.solved) }
+        let new_parameters = alternative.new_parameters(refit.context.robot);
+        let solved = better.map(|of| of.solved);
+        Fitted { alternative, squares, explained, new_parameters, solved }
     }
 }
 
@@ -452,6 +522,8 @@ struct Fitted {
     squares: [Vec<f64>; 2],
     /// Joints whose residual the alternative explains. None if its number is at the end of a range.
     explained: Vec<usize>,
+    /// Number of parameters that its arm has more than the configured one.
+    new_parameters: usize,
     /// `None` if it cannot be fitted.
     solved: Option<Solved>,
 }
@@ -466,8 +538,9 @@ impl Fitted {
         let [before, after] = &self.squares;
         let likelihood_gain = likelihood_gain([before, after], &rows);
         let all_rows: f64 = rows.iter().sum();
-        let Self { alternative, explained, squares, solved } = self;
-        let choice = if alternative.constant().is_some() { 0.5 * all_rows.ln() } else { 0.0 };
+        let Self { alternative, explained, squares, solved, .. } = self;
+        let numbers = usize::from(alternative.constant().is_some()) + self.new_parameters;
+        let choice = 0.5 * numbers as f64 * all_rows.ln();
         let evidence = likelihood_gain - choice - (count as f64).ln();
         let candidate =
             Candidate { alternative, squares, likelihood_gain, evidence, explained, rows, solved };

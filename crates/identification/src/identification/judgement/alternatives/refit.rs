@@ -9,7 +9,7 @@ use crate::identification::observation::{
 use crate::identification::problem::{Context, Experiment, IdentificationError, Method};
 use crate::regression::{Observations, ResidualAnalysis, RowFilter, Solution};
 use didim_dynamics::dynamics::{BaseParameters, Model};
-use didim_dynamics::robot::{MotorIndex, ParameterKind};
+use didim_dynamics::robot::{MotorIndex, ParameterKind, Robot};
 
 /// Number of samples used. Wrong readings are present from the first sample on.
 pub(super) const INSPECTED: usize = 1 << 14;
@@ -94,12 +94,12 @@ impl<'a> Refit<'a> {
     /// is a solution with the same motion and model, if there is one.
     pub(super) fn new(
         context: &Context<'a>,
-        base: &'a BaseParameters,
+        (robot, base): (&'a Robot, &'a BaseParameters),
         experiment: &'a Experiment,
         model: &Model,
         same_motion: Option<&Refit<'_>>,
     ) -> Result<Self, IdentificationError> {
-        let Context { robot, options, .. } = *context;
+        let options = context.options;
         let mut context = Context::new(robot, base, experiment, options, Method::IdimLs)?;
         // Load-dependent friction keeps the same loads.
         context.model = model.clone();

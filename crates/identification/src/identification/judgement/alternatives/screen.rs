@@ -9,6 +9,7 @@ use crate::identification::problem::{Context, change_motor_positions, change_mot
 use crate::regression::symmetric_product;
 use core::ops::Range;
 use didim_dynamics::dynamics::Model;
+use didim_dynamics::robot::Robot;
 
 /// Number of rows of each joint that are used.
 const ROWS: usize = 100;
@@ -146,6 +147,15 @@ impl<'s, 'a> Screen<'s, 'a> {
             let mut rows = Rows::new(self.context, &model, &self.columns, &self.motion)?;
             return rows.relative_squares(&torque, &weights);
         }
+        if let Some(robot) = alternative.arm(self.context.robot) {
+            let motion = self.corrected_motion(alternative);
+            if !self.is_reachable(&motion.position) {
+                return None;
+            }
+            let columns = columns_of(&robot, self.context.robot, &self.columns);
+            let mut rows = Rows::new(self.context, &Model::new(&robot), &columns, &motion)?;
+            return rows.relative_squares(&torque, &weights);
+        }
         let Some(of_positions) = alternative.of_positions() else {
             return self.configured.relative_squares(&torque, &weights);
         };
@@ -177,7 +187,7 @@ impl<'s, 'a> Screen<'s, 'a> {
         let mut corrected = self.motion.matrices();
         for of in &mut corrected {
             change_motor_positions(of, transmission, |motors| {
-                alternative.correct_positions(motors);
+                alternative.correct_positions(motors, transmission);
             });
         }
         let [q, dq, ddq] = corrected;
@@ -189,7 +199,7 @@ impl<'s, 'a> Screen<'s, 'a> {
     fn corrected_torque(&self, alternative: &Alternative) -> DMatrix<f64> {
         let mut torque = self.torque.clone();
         change_motor_torques(&mut torque, self.context.robot.transmission(), |motors| {
-            alternative.correct_torques(motors);
+            alternative.correct_torques(motors, self.context.robot.transmission());
             let Alternative::Late { signal, lag, time_s, .. } = alternative else { return };
             let is_position = *signal == Signal::Position;
             let rows = time_s.value * self.context.rows_hz();
@@ -206,6 +216,14 @@ impl<'s, 'a> Screen<'s, 'a> {
         });
         torque
     }
+}
+
+/// Returns the columns of another arm: those of the same names, and new ones.
+fn columns_of(robot: &Robot, configured: &Robot, columns: &[usize]) -> Vec<usize> {
+    let (table, names) = (robot.parameters(), configured.parameters().names());
+    let same = columns.iter().filter_map(|column| table.find(&names[*column]));
+    let new = (0..table.names().len()).filter(|column| !names.contains(&table.names()[*column]));
+    same.chain(new).collect()
 }
 
 /// Returns a signal without a lag of some rows, or with it.

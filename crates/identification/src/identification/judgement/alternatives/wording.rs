@@ -45,6 +45,23 @@ impl fmt::Display for Alternative {
                  its gear ratio and the unit",
                 Number(*factor)
             ),
+            Self::Coupling { motor, joint, entry, .. } => {
+                f.write_str("with a coupling of ")?;
+                match self.coupling().filter(|of| of.standard_deviation > 0.0) {
+                    Some(chosen) => Number(chosen).fmt(f)?,
+                    None => entry.fmt(f)?,
+                }
+                write!(
+                    f,
+                    " turns of motor {motor} for one of joint {joint}: check its row in the \
+                     transmission"
+                )
+            }
+            Self::DriveInertia { joint } => write!(
+                f,
+                "with a parameter for the inertia of the drive of joint {joint}: check \
+                 `drive_inertia`"
+            ),
             Self::NoGravity => f.write_str(
                 "without gravity: check whether the controller removes it from the torques \
                  (`excludes`), and how the arm is mounted",

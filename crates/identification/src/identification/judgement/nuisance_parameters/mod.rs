@@ -89,6 +89,11 @@ impl fmt::Display for BaseAxis {
 }
 
 impl NuisanceParameter {
+    /// Returns true for a friction law.
+    pub(super) fn is_friction(self) -> bool {
+        matches!(self, Self::JointFriction(_) | Self::MotorFriction(_))
+    }
+
     /// Returns true if no configured value stands for it, so that it is an error of the model.
     pub(super) fn is_model_error(self) -> bool {
         matches!(
