@@ -1,9 +1,11 @@
 //! More of the same data makes no result worse.
 
 use std::fs;
+use std::path::PathBuf;
 
 use crate::program::{identify_arm, json, repository};
 use serde_json::Value;
+use tempfile::TempDir;
 
 /// Largest rise of a figure when a recording is repeated, relative to it. It may fall: the spectrum
 /// of the residuals is estimated more finely.
@@ -20,18 +22,23 @@ fn uses(result: &str) -> Vec<(String, Value, Option<f64>)> {
 
 /// Writes copies of a recording. Each is shorter by a row than the one before it, because equal
 /// recordings count once.
-fn copies(recording: &str, count: usize) -> Vec<String> {
-    let name = recording.replace(['/', '.'], "-");
-    let folder = repository("target/tests").join(format!("copies-{count}-{name}"));
-    fs::create_dir_all(&folder).unwrap();
+fn copies(recording: &str, count: usize) -> (TempDir, Vec<PathBuf>) {
+    let folder = tempfile::tempdir().unwrap();
     let text = fs::read_to_string(repository("tests/data").join(recording)).unwrap();
     let lines: Vec<&str> = text.lines().collect();
     let write = |copy: usize| {
-        let file = folder.join(format!("{copy}.csv"));
+        let file = folder.path().join(format!("{copy}.csv"));
         fs::write(&file, lines[..lines.len() - copy].join("\n")).unwrap();
-        file.to_str().unwrap().to_owned()
+        file
     };
-    (0..count).map(write).collect()
+    let files = (0..count).map(write).collect();
+    (folder, files)
+}
+
+/// Identifies so many copies of a recording of an arm, between two instants \[s\].
+fn identify(arm: &str, recording: &str, count: usize, [from_s, to_s]: [&str; 2]) -> String {
+    let (_folder, files) = copies(&format!("{arm}/{recording}"), count);
+    identify_arm(arm, &files, from_s, to_s)
 }
 
 fn assert_equally_good(once: &str, repeated: &str, what: &str) {
@@ -50,19 +57,18 @@ fn assert_equally_good(once: &str, repeated: &str, what: &str) {
 
 #[test]
 fn a_repeated_motion_of_a_kr300_is_as_good_as_one() {
-    let once = identify_arm("kr300", &copies("kr300/a.csv", 1), "1.8", "8.196");
+    let identified = |count| identify("kr300", "a.csv", count, ["1.8", "8.196"]);
+    let once = identified(1);
     for count in [2, 4, 8] {
-        let repeated = identify_arm("kr300", &copies("kr300/a.csv", count), "1.8", "8.196");
-        assert_equally_good(&once, &repeated, &format!("{count} times"));
+        assert_equally_good(&once, &identified(count), &format!("{count} times"));
     }
 }
 
 #[test]
 fn a_repeated_motion_of_a_tiago_is_as_good_as_one() {
-    let identify =
-        |count: usize| identify_arm("tiago", &copies("tiago/motion.csv", count), "9.2", "45");
-    let once = identify(1);
+    let identified = |count| identify("tiago", "motion.csv", count, ["9.2", "45"]);
+    let once = identified(1);
     for count in [2, 4] {
-        assert_equally_good(&once, &identify(count), &format!("{count} times"));
+        assert_equally_good(&once, &identified(count), &format!("{count} times"));
     }
 }
