@@ -22,7 +22,7 @@ fn uses(result: &str) -> Vec<(String, Value, Option<f64>)> {
 
 /// Writes copies of a recording. Each is shorter by a row than the one before it, because equal
 /// recordings count once.
-fn copies(recording: &str, count: usize) -> (TempDir, Vec<PathBuf>) {
+fn copies_of(recording: &str, count: usize) -> (TempDir, Vec<PathBuf>) {
     let folder = tempfile::tempdir().unwrap();
     let text = fs::read_to_string(repository("tests/data").join(recording)).unwrap();
     let lines: Vec<&str> = text.lines().collect();
@@ -37,7 +37,7 @@ fn copies(recording: &str, count: usize) -> (TempDir, Vec<PathBuf>) {
 
 /// Identifies so many copies of a recording of an arm, between two instants \[s\].
 fn identify(arm: &str, recording: &str, count: usize, [from_s, to_s]: [&str; 2]) -> String {
-    let (_folder, files) = copies(&format!("{arm}/{recording}"), count);
+    let (_folder, files) = copies_of(&format!("{arm}/{recording}"), count);
     identify_arm(arm, &files, from_s, to_s)
 }
 

@@ -257,23 +257,23 @@ fn leverage_counting_once(leverage: &[f64], repeats: f64, width: f64) -> Cow<'_,
     for (k, share) in leverage.iter().enumerate() {
         sums.push(sums[k] + share);
     }
-    // The sum up to a place between frequencies; frequency k reaches from k to k + 1.
     let end = leverage.len() as f64;
-    let sum_to = |place: f64| {
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "below the end"
-        )]
-        let whole = place.min(end - 1.0) as usize;
-        sums[whole] + (place - whole as f64) * leverage[whole]
-    };
-    let mean_around = |k: usize| {
-        let first = (k as f64 + 0.5 - 0.5 * width).max(0.0);
-        let last = (k as f64 + 0.5 + 0.5 * width).min(end);
-        (sum_to(last) - sum_to(first)) / (last - first)
-    };
-    (0..leverage.len()).map(|k| repeats * mean_around(k)).collect()
+    (0..leverage.len())
+        .map(|k| {
+            let first = (k as f64 + 0.5 - 0.5 * width).max(0.0);
+            let last = (k as f64 + 0.5 + 0.5 * width).min(end);
+            let sum = sum_to(&sums, leverage, last) - sum_to(&sums, leverage, first);
+            repeats * sum / (last - first)
+        })
+        .collect()
+}
+
+/// Returns the sum up to a place between frequencies, from the sums up to each frequency. Frequency
+/// k reaches from k to k + 1.
+fn sum_to(sums: &[f64], values: &[f64], place: f64) -> f64 {
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "below the end")]
+    let index = place.min((values.len() - 1) as f64) as usize;
+    sums[index] + (place - index as f64) * values[index]
 }
 
 /// Returns the real part of the coherence of two transforms, from their real and imaginary parts.

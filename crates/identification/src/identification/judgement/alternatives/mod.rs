@@ -404,16 +404,8 @@ fn low_pass_of_all_signals(
     };
     let lags = lag_times(&refit.context).into_iter();
     let longer = lags.filter(|lag| lag * refit.context.rows_hz() >= 1.0);
-    // The gain rises with the time constant to that of the filter, and falls behind it.
-    let mut best: Option<Fitted> = None;
-    for next in longer.map(fitted) {
-        let gain = |of: &Fitted| sum_of_gains(&of.squares);
-        if best.as_ref().is_some_and(|best| gain(&next) < gain(best)) {
-            break;
-        }
-        best = Some(next);
-    }
-    best
+    let gain = |of: &Fitted| sum_of_gains(&of.squares);
+    longer.map(fitted).max_by(|one, other| gain(one).total_cmp(&gain(other)))
 }
 
 /// Alternative that passed the screening.

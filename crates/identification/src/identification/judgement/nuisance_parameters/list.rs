@@ -363,8 +363,8 @@ impl PriorSizes<'_> {
             );
         }
         // Last, because results of earlier versions do not have them.
-        for (axis, turned) in mountings(&context.model) {
-            let acts = NuisanceEffect::Geometry(Box::new(turned));
+        for (axis, leaning) in mountings(&context.model) {
+            let acts = NuisanceEffect::Geometry(Box::new(leaning));
             add(NuisanceParameter::Mounting(axis), tolerances.mounting_deg.to_radians(), acts);
         }
         columns
@@ -377,7 +377,7 @@ fn mountings(model: &Model) -> impl Iterator<Item = (BaseAxis, Model)> {
     let gravity_m_s2 = model.gravity_m_s2();
     let along = |axis: &BaseAxis| gravity_m_s2[*axis as usize].abs();
     let nearest = BaseAxis::ALL.into_iter().max_by(|a, b| along(a).total_cmp(&along(b)));
-    let acts = gravity_m_s2 != [0.0; 3];
+    let acts = gravity_m_s2.iter().any(|of| *of != 0.0);
     let axes = BaseAxis::ALL.into_iter().filter(move |axis| acts && Some(*axis) != nearest);
     axes.map(move |axis| (axis, model.clone().with_gravity(axis.turn(gravity_m_s2, GEOMETRY_STEP))))
 }
@@ -428,12 +428,12 @@ mod tests {
     fn a_base_leans_about_two_axes() {
         let robot =
             Robot::from_toml(include_str!("../../../../../../config/robots/tx40.toml")).unwrap();
-        for (nearest, turned) in [(0, [1, 2]), (1, [0, 2]), (2, [0, 1])] {
+        for (nearest, others) in [(0, [1, 2]), (1, [0, 2]), (2, [0, 1])] {
             let mut gravity_m_s2 = [0.3, 0.2, 0.1];
             gravity_m_s2[nearest] = -9.8;
             let model = Model::new(&robot).with_gravity(gravity_m_s2);
             let axes: Vec<usize> = mountings(&model).map(|(axis, _)| axis as usize).collect();
-            assert_eq!(axes, turned);
+            assert_eq!(axes, others);
             for (_, leaning) in mountings(&model) {
                 let length = |of: [f64; 3]| of.iter().map(|of| of * of).sum::<f64>().sqrt();
                 let change: [f64; 3] =

@@ -75,10 +75,10 @@ impl BaseAxis {
         let place = self as usize;
         let [first, second] = [(place + 1) % 3, (place + 2) % 3];
         let (sin, cos) = angle_rad.sin_cos();
-        let mut turned = vector;
-        turned[first] = cos * vector[first] - sin * vector[second];
-        turned[second] = sin * vector[first] + cos * vector[second];
-        turned
+        let mut result = vector;
+        result[first] = cos * vector[first] - sin * vector[second];
+        result[second] = sin * vector[first] + cos * vector[second];
+        result
     }
 }
 
