@@ -8,8 +8,6 @@ The recordings are those of ../wrong-statements/make.py, whose head says what th
 
 import dataclasses
 import importlib.util
-import json
-import subprocess
 import sys
 from pathlib import Path
 
@@ -26,23 +24,8 @@ PARTS = [0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0]
 
 def answer(program, recording, motions):
     """Returns answer and figure of each use, and the error on the second motion, of all joints and of each."""
-    outputs = {}
-    run = subprocess.run
-
-    def kept(line, **options):
-        done = run(line, **options)
-        outputs[line[1]] = done.stdout
-        return done
-
-    statements.subprocess.run = kept
-    try:
-        statements.answer(program, dataclasses.replace(recording, motions=motions), RIGHT)
-    finally:
-        statements.subprocess.run = run
-    uses = json.loads(outputs["identify"])["verdict"]["uses"]
-    predicted = json.loads(outputs["predict"]) if outputs.get("predict", "").strip() else {}
-    errors = [predicted.get("relative_error"), *predicted.get("relative_error_per_joint", [])]
-    return {name: (of["applicable"], of["figure"]) for name, of in uses.items()}, errors
+    found = statements.answer(program, dataclasses.replace(recording, motions=motions), RIGHT)
+    return found["uses"], [found["second"], *found["second_per_joint"]]
 
 
 def shorter(motion, samples):

@@ -288,13 +288,16 @@ def answer(program, recording, statement):
             return {"refused": done.stderr.strip().splitlines()[-1]}
         result = json.loads(done.stdout)
         (folder / "result.json").write_text(done.stdout)
-        predicted = didim("predict", "--result", "result.json", *write("second.csv", recording.second))
+        done = didim("predict", "--result", "result.json", *write("second.csv", recording.second))
+        predicted = json.loads(done.stdout) if done.stdout.strip() else {}
         return {
             "per_joint": result["relative_error_per_joint"],
             "rms": result["rms_error_per_joint_nm"],
             "findings": [[of["code"], of.get("subject"), of.get("figure")] for of in result["verdict"]["findings"]],
+            "uses": {name: (of["applicable"], of["figure"]) for name, of in result["verdict"]["uses"].items()},
             "prediction": result["verdict"]["uses"]["prediction"]["applicable"],
-            "second": json.loads(predicted.stdout)["relative_error"] if predicted.stdout.strip() else None,
+            "second": predicted.get("relative_error"),
+            "second_per_joint": predicted.get("relative_error_per_joint", []),
         }
 
 
