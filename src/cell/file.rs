@@ -9,6 +9,7 @@ use didim_drivers::layout::LayoutSpec;
 use didim_drivers::units::DriveSpec;
 use didim_dynamics::control::SimulatedController;
 use didim_dynamics::robot::{SignModel, TorqueTerm};
+use didim_formats::UrdfDrives;
 use didim_identification::identification::{
     DecimationFilter, KeptParameters, Method, PositionFilter, SimulationOptions, Tolerances, Use,
     VerdictLimits,
@@ -153,15 +154,10 @@ pub enum GearRatios {
 impl GearRatios {
     /// Returns a row for each motor, with an entry for each joint.
     pub(super) fn rows(&self) -> Vec<Vec<f64>> {
-        let ratios = match self {
-            Self::Rows(rows) => return rows.clone(),
-            Self::Each(ratios) => ratios,
-        };
-        let mut rows = vec![vec![0.0; ratios.len()]; ratios.len()];
-        for (motor, ratio) in ratios.iter().enumerate() {
-            rows[motor][motor] = *ratio;
+        match self {
+            Self::Each(ratios) => UrdfDrives::rows_of_ratios(ratios),
+            Self::Rows(rows) => rows.clone(),
         }
-        rows
     }
 }
 

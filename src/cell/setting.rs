@@ -166,7 +166,8 @@ impl Cell {
 
     /// Returns the key of the inertia of a joint's drive, in a robot file or for a joint of a URDF.
     fn drive_inertia_setting(&self, joint: JointIndex) -> Option<Setting> {
-        let (value, explanation) = (SettingValue::Truth(true), self.configured_text(joint, false));
+        let explanation = self.axis_text(SignalAxis::Joint(joint), "configured false");
+        let value = SettingValue::Truth(true);
         if self.urdf.is_some() {
             let key = format!("urdf.joints.{}.drive_inertia", self.robot.joint_name(joint)?);
             return Some(self.setting_of(key, value, explanation));
@@ -186,7 +187,8 @@ impl Cell {
         let transmission = self.robot.transmission();
         let configured = transmission.row(motor.position())[joint.position()];
         let correction = Correction { configured, value, standard_deviation };
-        let explanation = format!("motor {motor}, {}", self.explanation(joint, &correction));
+        let of_joint = self.axis_text(SignalAxis::Joint(joint), &correction);
+        let explanation = format!("motor {motor}, {of_joint}");
         let entry = correction.value();
         let place = format!("[{motor}][{joint}]");
         if self.urdf.is_none() {
@@ -216,7 +218,8 @@ impl Cell {
             _ => described.r_m,
         };
         let correction = Correction { configured, value: configured + offset, standard_deviation };
-        let (value, explanation) = (correction.value(), self.explanation(joint, &correction));
+        let explanation = self.axis_text(SignalAxis::Joint(joint), &correction);
+        let value = correction.value();
         match self.urdf {
             Some(_) => None,
             None => self.robot_setting(format!("joint[{joint}].{key}"), value, explanation),
@@ -384,7 +387,7 @@ impl Cell {
                     Signal::Both => return None,
                 };
                 let configured = if sign == Sign::Positive { 1 } else { -1 };
-                let explanation = format!("{}, configured {configured}", self.axis_label(of));
+                let explanation = self.axis_text(of, format_args!("configured {configured}"));
                 let value = SettingValue::Integer(-configured);
                 Some(self.setting_of(axis.drive_key(key), value, explanation))
             }
@@ -473,16 +476,9 @@ impl Cell {
         }
     }
 
-    fn axis_text(&self, of: SignalAxis, correction: &Correction) -> String {
-        format!("{}, {correction}", self.axis_label(of))
-    }
-
-    fn configured_text(&self, joint: JointIndex, configured: impl fmt::Display) -> String {
-        format!("joint {}, configured {configured}", self.robot.joint_label(joint))
-    }
-
-    fn explanation(&self, joint: JointIndex, correction: &Correction) -> String {
-        format!("joint {}, {correction}", self.robot.joint_label(joint))
+    /// Returns an explanation that begins with the axis.
+    fn axis_text(&self, of: SignalAxis, text: impl fmt::Display) -> String {
+        format!("{}, {text}", self.axis_label(of))
     }
 
     fn setting_of(&self, key: String, value: SettingValue, explanation: String) -> Setting {

@@ -61,7 +61,7 @@ fn bodies_alone(arm: &UrdfArm) -> Robot {
     let drives = UrdfDrives {
         gravity_m_s2: None,
         drive_inertia: false,
-        gear_ratios: UrdfDrives::without_gears(joints),
+        gear_ratios: UrdfDrives::rows_of_ratios(&vec![1.0; joints]),
         friction,
         joints: BTreeMap::new(),
     };

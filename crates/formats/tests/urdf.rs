@@ -27,7 +27,7 @@ fn links_alone(joints: usize) -> UrdfDrives {
     UrdfDrives {
         gravity_m_s2: None,
         drive_inertia: false,
-        gear_ratios: UrdfDrives::without_gears(joints),
+        gear_ratios: UrdfDrives::rows_of_ratios(&vec![1.0; joints]),
         friction,
         joints: BTreeMap::new(),
     }

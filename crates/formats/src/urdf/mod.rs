@@ -75,10 +75,14 @@ pub struct UrdfDrives {
 }
 
 impl UrdfDrives {
-    /// Returns the gear ratios of joint-side signals.
-    pub fn without_gears(joints: usize) -> Vec<Vec<f64>> {
-        let entry = |motor: usize, joint: usize| if joint == motor { 1.0 } else { 0.0 };
-        (0..joints).map(|motor| (0..joints).map(|joint| entry(motor, joint)).collect()).collect()
+    /// Returns the rows of motors that turn with their own joints only, from one ratio for each; 1
+    /// for joint-side signals.
+    pub fn rows_of_ratios(ratios: &[f64]) -> Vec<Vec<f64>> {
+        let mut rows = vec![vec![0.0; ratios.len()]; ratios.len()];
+        for (motor, ratio) in ratios.iter().enumerate() {
+            rows[motor][motor] = *ratio;
+        }
+        rows
     }
 
     /// Assumes drives for inspecting an arm without configured drives: joint-side signals, drive
@@ -88,7 +92,7 @@ impl UrdfDrives {
         Self {
             gravity_m_s2: None,
             drive_inertia: true,
-            gear_ratios: Self::without_gears(joints),
+            gear_ratios: Self::rows_of_ratios(&vec![1.0; joints]),
             friction: format!("viscous = true\ncoulomb = true\noffset = true\n{sign}\n"),
             joints: BTreeMap::new(),
         }

@@ -239,12 +239,6 @@ impl Alternative {
         }
     }
 
-    /// Returns the number of parameters that the arm has more than the configured one.
-    pub(super) fn new_parameters(&self, configured: &Robot) -> usize {
-        let count = |robot: &Robot| robot.parameters().names().len();
-        self.arm(configured).map_or(0, |arm| count(&arm).saturating_sub(count(configured)))
-    }
-
     /// Returns the entry of the transmission, with its standard deviation. `None` without a
     /// coupling.
     pub(in super::super) fn coupling(&self) -> Option<Chosen> {

@@ -193,6 +193,12 @@ impl Reading {
         Self { signals, model, robot, base }
     }
 
+    /// Returns the number of parameters that the arm has more than the configured one.
+    fn new_parameters(&self, configured: &Robot) -> usize {
+        let count = |robot: &Robot| robot.parameters().names().len();
+        self.robot.as_ref().map_or(0, |arm| count(arm).saturating_sub(count(configured)))
+    }
+
     /// Solves with these signals. `same_motion` is a solution with the same motion and model, if
     /// there is one.
     fn refit<'r>(
@@ -501,7 +507,7 @@ impl Finalist {
             true => torques.explained([before, after], LEAVES, MATTERS),
             false => Vec::new(),
         };
-        let new_parameters = alternative.new_parameters(refit.context.robot);
+        let new_parameters = reading.new_parameters(refit.context.robot);
         let solved = better.map(|of| of.solved);
         Fitted { alternative, squares, explained, new_parameters, solved }
     }

@@ -71,7 +71,7 @@ impl BaseAxis {
     pub const ALL: [Self; 3] = [Self::X, Self::Y, Self::Z];
 
     /// Returns a vector, in the frame of the base, turned about this axis.
-    pub fn turn(self, vector: [f64; 3], angle_rad: f64) -> [f64; 3] {
+    fn turn(self, vector: [f64; 3], angle_rad: f64) -> [f64; 3] {
         let place = self as usize;
         let [first, second] = [(place + 1) % 3, (place + 2) % 3];
         let (sin, cos) = angle_rad.sin_cos();
