@@ -153,15 +153,17 @@ impl WriteBudget {
         }
     }
 
-    /// Checks that bytes of a kind fit into the budget. If not, counts that they give way.
+    /// Checks that bytes of a kind fit into the budget. If not, counts that they give way. Returns
+    /// the number of bytes that fit.
     ///
     /// # Errors
     /// [`OverBudget`].
-    pub fn check(&self, kind: WriteKind, bytes: u64, now: Timestamp) -> Result<(), OverBudget> {
+    pub fn check(&self, kind: WriteKind, bytes: u64, now: Timestamp) -> Result<u64, OverBudget> {
         let mut counts = self.lock();
-        let Some(limit_bytes) = counts.limit_bytes(kind, now) else { return Ok(()) };
-        if counts.day_bytes(kind, now).saturating_add(bytes) <= limit_bytes {
-            return Ok(());
+        let Some(limit_bytes) = counts.limit_bytes(kind, now) else { return Ok(u64::MAX) };
+        let fitting = limit_bytes.saturating_sub(counts.day_bytes(kind, now));
+        if bytes <= fitting {
+            return Ok(fitting);
         }
         *counts.given_way.entry(kind).or_default() += 1;
         Err(OverBudget { kind, limit_bytes })

@@ -328,7 +328,8 @@ impl RingWriter {
         let create = std::sync::Arc::clone(&self.options.create);
         self.open_ring()?;
         self.give_way()?;
-        self.options.budget.check(WriteKind::Ring, SMALLEST_SEGMENT, Timestamp::now())?;
+        let budget =
+            self.options.budget.check(WriteKind::Ring, SMALLEST_SEGMENT, Timestamp::now())?;
         let path = self.open_ring()?.next_path();
         let failed = |source| WritingError::Write { path: path.clone(), source };
         let file = create(&path).map_err(|error| failed(McapWriteError::Output(error)))?;
@@ -341,7 +342,7 @@ impl RingWriter {
         let largest = (disk_space / 8).clamp(SMALLEST_SEGMENT, LARGEST_SEGMENT);
         self.current_segment = Some(CurrentSegment {
             writer,
-            max_bytes: largest,
+            max_bytes: largest.min(budget),
             path,
             opened: now,
             flushed_at: now,

@@ -103,14 +103,14 @@ fn the_ring_stops_at_its_share_of_the_budget_and_says_so() {
     eventually("the budget is used up", || {
         (n..n + 100).for_each(|n| tap.pass_on(&[frame(n)], 0));
         n += 100;
-        shared.snapshot().frames_unrecorded > 0
+        shared.snapshot().state == RecordingState::Failed
     });
     let status = end(recorder, tap);
-    assert_eq!(status.state, RecordingState::Failed);
+    assert!(status.frames_unrecorded > 0);
     assert!(status.why.unwrap().contains("ring may write 0.6 MB of service.write_mb_per_day"));
     let bytes: u64 = files(&ring).iter().map(|file| file.metadata().unwrap().len()).sum();
-    // The frames of one step come on top.
-    assert!(bytes < 1_000_000, "{bytes}");
+    // What closes a file comes on top, however many frames wait for a writer that is late.
+    assert!((500_000..620_000).contains(&bytes), "{bytes}");
     // A restart goes on with what was written.
     let options = super::options(&ring, 100_000_000).with_budget(Some(1));
     let (recorder, mut tap) = Recorder::start(options, &interfaces(), StampClock::Own).unwrap();
