@@ -67,11 +67,13 @@ impl<'a> ResidualAnalysis<'a> {
         &self.spectrum
     }
 
-    /// Returns the number of independent rows of each joint for the residuals of another solution
-    /// of the same columns. The share of the residual power that the fit removes is taken from this
-    /// solution.
-    pub(crate) fn effective_rows_of(&self, other: &Observations, solution: &Solution) -> Vec<f64> {
-        let residuals = &solution.residuals;
+    /// Returns the number of independent rows of each joint for residuals of another equation (r).
+    /// The share of the residual power that the fit removes is taken from this solution.
+    pub(crate) fn effective_rows_of(
+        &self,
+        other: &Observations,
+        residuals: &DVector<f64>,
+    ) -> Vec<f64> {
         ResidualSpectrum::fit(other, &self.leverage, residuals, self.filter, self.repeats)
             .effective_rows_per_joint()
     }

@@ -11,10 +11,12 @@
 //! | singular values | of X | of Ω^{-1/2} X |
 //!
 //! All solutions use Householder QR decompositions: first of the rows of each joint, then of the
-//! stacked triangular factors. The normal equations would square the condition number.
+//! stacked triangular factors. The normal equations would square the condition number; they are
+//! used only where alternatives are compared.
 
 mod analysis;
 mod autocorrelation;
+mod cholesky;
 mod error;
 mod exclusion;
 mod extension;
@@ -39,6 +41,7 @@ mod triangles;
 
 pub use analysis::ResidualAnalysis;
 pub use autocorrelation::{NoiseAutocorrelation, autocorrelation};
+pub(crate) use cholesky::CholeskyFactor;
 pub use error::RegressionError;
 pub use exclusion::Exclusion;
 pub use extension::Extension;
@@ -49,7 +52,7 @@ pub use ljung_box::LjungBox;
 pub use observation_matrix::ObservationMatrix;
 pub use observations::Observations;
 pub use prior::{JointProducts, JointSolution};
-pub(crate) use products::symmetric_product;
+pub(crate) use products::{symmetric_product, transposed_times};
 pub use residuals::ResidualStatistics;
 pub(crate) use residuals::relative_errors;
 pub use robust::{RobustLoss, RobustSolution};

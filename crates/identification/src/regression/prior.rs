@@ -4,6 +4,7 @@ use nalgebra::{Cholesky, DMatrix, DMatrixView, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF as _};
 
 use super::analysis::ResidualAnalysis;
+use super::cholesky::CholeskyFactor;
 use super::error::RegressionError;
 use super::further::{FurtherColumns, expand_columns, gram_of_joint};
 use super::heavy_tails::HeavyTails;
@@ -334,8 +335,10 @@ fn solve_with_prior(
     for k in own..width {
         normal[(k, k)] += 1.0;
     }
-    let factor = Cholesky::new(normal).ok_or(RegressionError::OutOfRange)?;
-    let solution = factor.solve(&right.column(0).component_mul(&scale)).component_mul(&scale);
+    let factor = CholeskyFactor::new(normal).ok_or(RegressionError::OutOfRange)?;
+    let mut solution = right.column(0).component_mul(&scale);
+    factor.solve(solution.as_mut_slice());
+    solution.component_mul_assign(&scale);
     let mut covariance = factor.inverse();
     for (mut column, by) in covariance.column_iter_mut().zip(&scale) {
         column.component_mul_assign(&scale);

@@ -3,7 +3,7 @@
 
 use core::ops::Range;
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 use didim_dynamics::numeric::{Lanes, Scalar, WIDTH, with_vector_instructions};
 
@@ -94,7 +94,7 @@ fn dot_products([a, b]: [&[f64]; 2], [c, d]: [&[f64]; 2]) -> [[f64; 2]; 2] {
 const PRODUCTS_AT_ONCE: usize = 16;
 
 #[inline(always)]
-fn dot(remaining: &[f64], right: &[f64]) -> f64 {
+pub(super) fn dot(remaining: &[f64], right: &[f64]) -> f64 {
     let ((rest, left_rest), (right, right_rest)) =
         (remaining.as_chunks::<PRODUCTS_AT_ONCE>(), right.as_chunks::<PRODUCTS_AT_ONCE>());
     let mut sums = Lanes::<PRODUCTS_AT_ONCE>::zero();
@@ -113,17 +113,41 @@ pub(super) fn dot_of(one: &[f64], right: &[f64]) -> f64 {
     )
 }
 
+/// Subtracts `factor` times another vector.
+#[inline(always)]
+pub(super) fn subtract_scaled(vector: &mut [f64], factor: f64, other: &[f64]) {
+    let scale = Lanes::constant(factor);
+    let ((vector, rest), (other, other_rest)) =
+        (vector.as_chunks_mut::<WIDTH>(), other.as_chunks::<WIDTH>());
+    for (values, other) in vector.iter_mut().zip(other) {
+        *values = (Lanes(*values) - scale * Lanes(*other)).0;
+    }
+    for (value, other) in rest.iter_mut().zip(other_rest) {
+        *value -= factor * other;
+    }
+}
+
 /// Subtracts from `vector` its component along the unit vector `of`.
 pub(super) fn subtract_share(vector: &mut [f64], of: &[f64]) {
     with_vector_instructions(
         #[inline(always)]
+        || subtract_scaled(vector, dot(of, vector), of),
+    );
+}
+
+/// Returns Aᵀ v.
+pub(crate) fn transposed_times(a: &DMatrix<f64>, v: &[f64]) -> DVector<f64> {
+    let mut products = DVector::zeros(a.ncols());
+    with_vector_instructions(
+        #[inline(always)]
         || {
-            let share = dot(of, vector);
-            for (value, of) in vector.iter_mut().zip(of) {
-                *value -= share * of;
+            let columns = a.as_slice().chunks_exact(a.nrows().max(1));
+            for (product, column) in products.iter_mut().zip(columns) {
+                *product = dot(column, v);
             }
         },
     );
+    products
 }
 
 /// Adds factor · A B to C. The sum of each entry goes over the columns of A in order.
@@ -168,6 +192,7 @@ mod tests {
                 (((i * 31 + j * 17 + seed) * 53) % 101) as f64 / 101.0 - 0.5
             })
         };
+        let vector_of = |rows| matrix(rows, 1, 5).column(0).into_owned();
         for (rows, first, second) in [(1, 1, 1), (3, 2, 5), (67, 4, 2), (130, 9, 7), (64, 28, 3)] {
             let (a, b) = (matrix(rows, first, 1), matrix(rows, second, 2));
             let mut vector = b.column(0).into_owned();
@@ -179,6 +204,8 @@ mod tests {
             add_product(&mut c, -1.0, &a, &b);
             assert!((c - expected).amax() < 1e-13, "{rows}");
             assert!((matrix_product(&a, &b) - &a * &b).amax() < 1e-13, "{rows}");
+            let products = transposed_times(&a, vector_of(rows).as_slice());
+            assert!((products - a.tr_mul(&vector_of(rows))).amax() < 1e-13, "{rows}");
             let symmetric = symmetric_product(&a, &a);
             assert!((&symmetric - a.transpose() * &a).amax() < 1e-13, "{rows}");
             assert_eq!(symmetric, symmetric.transpose());

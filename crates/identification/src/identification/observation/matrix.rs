@@ -29,7 +29,7 @@ pub fn observation_matrix(
 ) -> Result<DMatrix<f64>, IdentificationError> {
     let columns = model.regressor_entries(selection.columns());
     let entries = entries(model, &columns, motion, decimation, counted)?;
-    Ok(matrix_of(model, &columns, entries))
+    Ok(matrix_of(model, &columns, entries).dense())
 }
 
 /// Returns the observation matrix of the fitted rows.
@@ -73,6 +73,18 @@ pub(crate) fn regressor_rows(
     columns: &[usize],
     states: &Motion,
 ) -> Result<DMatrix<f64>, IdentificationError> {
+    Ok(matrix_at(model, columns, states)?.dense())
+}
+
+/// Returns the same without its zeros.
+///
+/// # Errors
+/// Those of [`regressor_rows`].
+pub(crate) fn matrix_at(
+    model: &Model,
+    columns: &[usize],
+    states: &Motion,
+) -> Result<ObservationMatrix, IdentificationError> {
     let columns = model.regressor_entries(columns);
     let (all, none) = (0..states.position.nrows(), ParallelDecimation::identity());
     let entries = entries(model, &columns, states, &none, all)?;
@@ -149,11 +161,15 @@ fn entries_along<'a>(
 }
 
 /// Arranges the rows of the entries so that the rows of each joint are together.
-fn matrix_of(model: &Model, columns: &RegressorColumns, entries: DMatrix<f64>) -> DMatrix<f64> {
+fn matrix_of(
+    model: &Model,
+    columns: &RegressorColumns,
+    entries: DMatrix<f64>,
+) -> ObservationMatrix {
     let all_entries = columns.entries().iter().copied();
     let matrix =
         ObservationMatrix::of_entries(model.joints(), columns.width(), all_entries, entries);
-    matrix.without_joints(unrecorded(model)).dense()
+    matrix.without_joints(unrecorded(model))
 }
 
 /// Returns the joints of a model without a recorded torque, counted from 0.

@@ -161,6 +161,47 @@ impl Experiment {
         }
     }
 
+    /// Returns the means of each `count` successive samples of a recording, without the reference.
+    /// Samples that are left over at its end are left out.
+    #[must_use]
+    pub(crate) fn means_of(&self, count: usize) -> Self {
+        let mut recordings: Vec<Recording> = Vec::new();
+        let (mut first_samples, mut samples) = (Vec::new(), 0);
+        for Recording { samples: own, counted_samples: counted } in &self.recordings {
+            let whole = own.len() / count;
+            first_samples.extend((0..whole).map(|k| own.start + k * count));
+            let start = samples + (counted.start - own.start).div_ceil(count).min(whole);
+            let end = samples + (counted.end - own.start) / count;
+            recordings.push(Recording {
+                samples: samples..samples + whole,
+                counted_samples: start.min(end)..end,
+            });
+            samples += whole;
+        }
+        let means = |of: &DMatrix<f64>| {
+            let mean = |signal: &[f64], first: usize| {
+                signal[first..first + count].iter().sum::<f64>() / count as f64
+            };
+            let columns = of.as_slice().chunks_exact(of.nrows().max(1));
+            let values =
+                columns.flat_map(|signal| first_samples.iter().map(move |k| mean(signal, *k)));
+            DMatrix::from_vec(samples, of.ncols(), values.collect())
+        };
+        let mean_of =
+            |sample: usize| first_samples.partition_point(|first| first + count <= sample);
+        let held_out =
+            self.held_out.iter().map(|of| mean_of(of.start)..mean_of(of.end + count - 1));
+        Self {
+            sample_rate_hz: self.sample_rate_hz / count as f64,
+            position_rad: means(&self.position_rad),
+            torque_nm: means(&self.torque_nm),
+            reference_rad: None,
+            held_out: held_out.collect(),
+            recordings,
+            ..*self
+        }
+    }
+
     /// Changes the positions, and the torques, of all joints (samples × joints).
     pub(crate) fn change_signals(
         &mut self,
@@ -525,6 +566,11 @@ pub(crate) fn change_motor_torques(
 ) {
     map_samples(torques, |joint, motor| transmission.motor_torque(joint, motor));
     change(torques);
+    to_joint_torques(torques, transmission);
+}
+
+/// Replaces motor torques (samples × motors) by those of the joints.
+pub(crate) fn to_joint_torques(torques: &mut DMatrix<f64>, transmission: &Transmission) {
     map_samples(torques, |motor, joint| transmission.joint_torque(motor, joint));
 }
 

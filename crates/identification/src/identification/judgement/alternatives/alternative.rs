@@ -258,6 +258,14 @@ impl Alternative {
         }
     }
 
+    /// Returns how far a number is from one that changes nothing.
+    pub(super) fn departure(&self, value: f64) -> f64 {
+        match self {
+            Self::Late { .. } => value,
+            _ => value.ln().abs(),
+        }
+    }
+
     /// Returns the same reading with another number.
     pub(super) fn with_constant(&self, value: f64) -> Self {
         self.with_chosen(Chosen { value, standard_deviation: 0.0 })

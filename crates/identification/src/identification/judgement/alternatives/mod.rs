@@ -15,6 +15,7 @@
 
 mod alternative;
 mod bank;
+mod normal_equations;
 mod refit;
 mod screen;
 mod wording;
@@ -24,9 +25,9 @@ pub use alternative::{Alternative, Chosen, Lag, Signal};
 use nalgebra::DVector;
 
 use self::bank::{Group, bank, lag_times};
-use self::refit::{INSPECTED, JointResidual, Refit, Solved};
+use self::refit::{Inspected, JointResidual, Refit, Solved};
 use self::screen::Screen;
-use crate::identification::problem::{Context, Experiment, IdentificationError};
+use crate::identification::problem::{Context, Experiment};
 use crate::regression::{ResidualAnalysis, RowFilter};
 use didim_dynamics::dynamics::{BaseParameters, Model};
 use didim_dynamics::robot::{JointIndex, MotorIndex, Robot};
@@ -81,14 +82,11 @@ impl FoundAlternatives {
         if context.decimation.is_none() {
             return Self::default();
         }
-        let logged = context.experiment.first_samples(INSPECTED);
+        let inspected = Inspected::new(context);
         // A reading that cannot be fitted has no residual to explain.
-        let arm = (context.robot, context.base);
-        let Ok(configured) = Refit::new(context, arm, &logged, &context.model, None) else {
-            return Self::default();
-        };
+        let Some(configured) = inspected.refit(context) else { return Self::default() };
         let mut found = Self::default();
-        explain(&configured, &logged, &mut found);
+        explain(&configured, &inspected.samples, &mut found);
         if let Some(last) = &mut found.parameter_change {
             *last -= configured.solved.parameters();
         }
@@ -99,13 +97,14 @@ impl FoundAlternatives {
 /// Returns the signal of a joint whose inversion leaves the smaller residual. `None` if neither can
 /// be fitted.
 pub(super) fn better_sign(context: &Context<'_>, joint: JointIndex) -> Option<Signal> {
-    let logged = context.experiment.first_samples(INSPECTED);
+    let inspected = Inspected::new(context);
+    let context = &inspected.refit(context)?.context;
     let motor = MotorIndex::new(joint.position());
     let inverted = |signal| Alternative::OppositeSign { motor, signal };
     let residual = |signal| {
         let alternative = inverted(signal);
-        let reading = Reading::new(&alternative, context, &logged);
-        let refit = reading.refit(context, None).ok()?;
+        let reading = Reading::new(&alternative, context, &inspected.samples);
+        let refit = reading.refit(context, None)?;
         Some((relative_squares(&refit).iter().sum::<f64>(), signal))
     };
     let residuals = [Signal::Torque, Signal::Position].into_iter().filter_map(residual);
@@ -149,13 +148,13 @@ fn explaining_coupling(
     if context.decimation.is_none() {
         return None;
     }
-    let logged = context.experiment.first_samples(INSPECTED);
-    let arm = (context.robot, context.base);
-    let before = relative_squares(&Refit::new(context, arm, &logged, &context.model, None).ok()?);
+    let inspected = Inspected::new(context);
+    let configured = inspected.refit(context)?;
+    let (context, before) = (&configured.context, relative_squares(&configured));
     let explaining = |alternative: Alternative| {
         let Alternative::Coupling { motor, joint, .. } = alternative else { return None };
-        let reading = Reading::new(&alternative, context, &logged);
-        let after = relative_squares(&reading.refit(context, None).ok()?);
+        let reading = Reading::new(&alternative, context, &inspected.samples);
+        let after = relative_squares(&reading.refit(context, None)?);
         let explains = |of: usize| after[of] <= LEAVES * before[of];
         let gain: f64 = gains([&before, &after]).sum();
         let is_better = gain > 0.0 && (explains(joint.position()) || explains(motor.position()));
@@ -205,10 +204,10 @@ impl Reading {
         &'r self,
         context: &Context<'r>,
         same_motion: Option<&Refit<'_>>,
-    ) -> Result<Refit<'r>, IdentificationError> {
+    ) -> Option<Refit<'r>> {
         let robot = self.robot.as_ref().unwrap_or(context.robot);
         let base = self.base.as_ref().unwrap_or(context.base);
-        Refit::new(context, (robot, base), &self.signals, &self.model, same_motion)
+        Refit::new((robot, base), &self.signals, context.options, &self.model, same_motion)
     }
 }
 
@@ -227,7 +226,7 @@ fn explain(refit: &Refit<'_>, logged: &Experiment, found: &mut FoundAlternatives
     let reading = Reading::new(&alternative, &refit.context, logged);
     let is_same_model = !alternative.has_other_model();
     found.alternatives.push(alternative);
-    let Ok(better) = reading.refit(&refit.context, None) else {
+    let Some(better) = reading.refit(&refit.context, None) else {
         found.parameter_change = None;
         return;
     };
@@ -290,7 +289,7 @@ impl Candidate {
             let other = self.alternative.with_constant(value);
             let reading = Reading::new(&other, &refit.context, logged);
             let same_motion = other.keeps_motion().then_some(refit);
-            let after = reading.refit(&refit.context, same_motion).ok();
+            let after = reading.refit(&refit.context, same_motion);
             let after = after.map(|of| relative_squares(&of));
             after.map_or(f64::NAN, |after| likelihood_gain([&before, &after], &self.rows))
         };
@@ -352,7 +351,8 @@ fn best(refit: &Refit<'_>, logged: &Experiment) -> Option<Best> {
         return None;
     }
     let filter = refit.context.row_filter();
-    let analysis = refit.solved.analysis(&filter);
+    let solution = refit.solved.with_covariance()?;
+    let analysis = refit.solved.analysis(&solution, &filter);
     let judged = fitted.into_iter().filter_map(|of| of.judge(&analysis, count));
     let mut candidates: Vec<Candidate> = judged.collect();
     candidates.sort_by(|one, other| other.evidence.total_cmp(&one.evidence));
@@ -442,7 +442,13 @@ fn finalists(
         };
         let scores: Vec<Option<(f64, Vec<f64>)>> = tried.iter().map(|of| score(*of)).collect();
         let value = |k: usize| scores[k].as_ref().map_or(f64::NEG_INFINITY, |of| of.0);
-        let best = (0..tried.len()).max_by(|&a, &b| value(a).total_cmp(&value(b)))?;
+        let highest = (0..tried.len()).map(value).fold(f64::NEG_INFINITY, f64::max);
+        // Of numbers that the picked rows cannot tell apart, the one that changes least.
+        let is_highest = |k: &usize| value(*k) >= highest - screen::RESOLUTION;
+        let departure = |k: &usize| alternative.departure(tried[*k]);
+        let best = (0..tried.len())
+            .filter(is_highest)
+            .min_by(|a, b| departure(a).total_cmp(&departure(b)))?;
         let Some((_, after)) = &scores[best] else { continue };
         if torques.explained([&before, after], MAY_LEAVE, MAY_MATTER).is_empty() {
             continue;
@@ -497,7 +503,7 @@ impl Finalist {
         let reading = Reading::new(&alternative, &refit.context, logged);
         // Listed parameters may not be identifiable with another gravity.
         let same_motion = alternative.keeps_motion().then_some(refit);
-        let better = reading.refit(&refit.context, same_motion).ok();
+        let better = reading.refit(&refit.context, same_motion);
         if let Some(better) = &better {
             let after = alternative.by_configured_torque(relative_squares(better));
             squares = [relative_squares(refit), after];

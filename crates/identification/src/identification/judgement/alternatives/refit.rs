@@ -2,17 +2,56 @@
 
 use nalgebra::DVector;
 
+use super::normal_equations::NormalEquations;
 use crate::identification::judgement::positive_parameter::{parameter, positive_quantity};
 use crate::identification::observation::{
     Motion, filtered_motion, filtered_torque, fitted_matrix, torque_equation,
 };
-use crate::identification::problem::{Context, Experiment, IdentificationError, Method};
+use crate::identification::problem::{Context, Experiment, Method, Options};
 use crate::regression::{Observations, ResidualAnalysis, RowFilter, Solution};
 use didim_dynamics::dynamics::{BaseParameters, Model};
 use didim_dynamics::robot::{MotorIndex, ParameterKind, Robot};
 
 /// Number of samples used. Wrong readings are present from the first sample on.
-pub(super) const INSPECTED: usize = 1 << 14;
+const INSPECTED: usize = 1 << 14;
+
+/// Smallest sample rate, as a multiple of the rate of the rows and of that of the highest frequency
+/// of the filtered positions. Central differences of what passes the filters are then right to 1 %,
+/// for each reading alike.
+const OVERSAMPLING: f64 = 10.0;
+
+/// Added to the squared columns, which have length 1: more than the rounding errors of their
+/// products, and less than the square of what data determine.
+const ROUNDING: f64 = 1e-13;
+
+/// Samples on which readings are compared, at a rate that is no higher than necessary.
+pub(super) struct Inspected {
+    pub(super) samples: Experiment,
+    options: Options,
+}
+
+impl Inspected {
+    pub(super) fn new(context: &Context<'_>) -> Self {
+        let samples = context.experiment.first_samples(INSPECTED);
+        let mut options = context.options.clone();
+        let rate_hz = samples.sample_rate_hz();
+        let needed_hz = context.rows_hz().max(2.0 * options.position_filter.cutoff_hz);
+        let factor = options.decimation_filter.factor;
+        let is_enough = |count: &usize| {
+            factor % count == 0 && rate_hz / *count as f64 >= OVERSAMPLING * needed_hz
+        };
+        let count = (1..=factor).rev().find(is_enough).unwrap_or(1);
+        options.decimation_filter.factor = factor / count;
+        let samples = if count > 1 { samples.means_of(count) } else { samples };
+        Self { samples, options }
+    }
+
+    /// Solves with these samples as they are configured.
+    pub(super) fn refit<'c>(&'c self, context: &Context<'c>) -> Option<Refit<'c>> {
+        let Context { robot, base, model, .. } = context;
+        Refit::new((robot, base), &self.samples, &self.options, model, None)
+    }
+}
 
 /// Residual of a joint.
 #[derive(Clone, Copy, Debug)]
@@ -35,16 +74,37 @@ pub(super) struct Refit<'a> {
     pub(super) solved: Solved,
 }
 
-/// Equation with its solution.
+/// Equation with its weighted solution.
 pub(super) struct Solved {
     equation: Observations,
-    solution: Solution,
+    /// Normal equations of the same matrix, for other torques.
+    normal: NormalEquations,
+    noise_levels: Vec<f64>,
+    parameters: DVector<f64>,
+    /// y − X θ (r).
+    residuals: DVector<f64>,
 }
 
 impl Solved {
+    /// Solves with the noise levels of ordinary least squares. `None` if a value is not finite.
+    fn new(equation: Observations, mut normal: NormalEquations) -> Option<Self> {
+        let torque = equation.measurements().as_slice();
+        let ordinary = normal.solve(torque, &vec![1.0; equation.joints()])?;
+        let noise_levels = equation.noise_levels(&equation.residuals(&ordinary));
+        let weights: Vec<f64> = noise_levels.iter().map(|level| level.powi(-2)).collect();
+        let parameters = normal.solve(torque, &weights)?;
+        let residuals = equation.residuals(&parameters);
+        Some(Self { equation, normal, noise_levels, parameters, residuals })
+    }
+
     /// Returns θ.
     pub(super) fn parameters(&self) -> &DVector<f64> {
-        &self.solution.parameters
+        &self.parameters
+    }
+
+    /// Returns the same solution with its covariance.
+    pub(super) fn with_covariance(&self) -> Option<Solution> {
+        self.equation.solve_weighted(&self.noise_levels).ok()
     }
 
     /// Returns the places of the friction parameters of some drives that are negative by more than
@@ -60,9 +120,10 @@ impl Solved {
         if motors.is_empty() {
             return Vec::new();
         }
-        let analysis = self.analysis(filter);
+        let Some(solution) = self.with_covariance() else { return Vec::new() };
+        let analysis = self.analysis(&solution, filter);
         let deviations = context.options.limits.negative_deviations;
-        let (values, variances) = (self.parameters(), analysis.covariance().diagonal());
+        let (values, variances) = (&solution.parameters, analysis.covariance().diagonal());
         let regrouped = context.selection.regrouped();
         let is_negative = |k: &usize| values[*k] < -deviations * variances[*k].max(0.0).sqrt();
         let is_friction = |k: &usize| {
@@ -78,45 +139,51 @@ impl Solved {
     }
 
     /// Returns the analysis of the residuals. `filter` is that of the rows.
-    pub(super) fn analysis<'s>(&'s self, filter: &'s RowFilter) -> ResidualAnalysis<'s> {
-        ResidualAnalysis::new(&self.equation, &self.solution, filter)
+    pub(super) fn analysis<'s>(
+        &'s self,
+        solution: &'s Solution,
+        filter: &'s RowFilter,
+    ) -> ResidualAnalysis<'s> {
+        ResidualAnalysis::new(&self.equation, solution, filter)
     }
 
     /// Returns the number of independent rows of each joint, by the autocorrelation of its
     /// residual. `configured` is the analysis of the configured reading.
     pub(super) fn effective_rows(&self, configured: &ResidualAnalysis<'_>) -> Vec<f64> {
-        configured.effective_rows_of(&self.equation, &self.solution)
+        configured.effective_rows_of(&self.equation, &self.residuals)
     }
 }
 
 impl<'a> Refit<'a> {
     /// Solves with other signals, for an arm with this model and its base parameters. `same_motion`
-    /// is a solution with the same motion and model, if there is one.
+    /// is a solution with the same motion and model, if there is one. `None` if there is no
+    /// solution.
     pub(super) fn new(
-        context: &Context<'a>,
         (robot, base): (&'a Robot, &'a BaseParameters),
         experiment: &'a Experiment,
+        options: &'a Options,
         model: &Model,
         same_motion: Option<&Refit<'_>>,
-    ) -> Result<Self, IdentificationError> {
-        let options = context.options;
-        let mut context = Context::new(robot, base, experiment, options, Method::IdimLs)?;
+    ) -> Option<Self> {
+        let mut context = Context::new(robot, base, experiment, options, Method::IdimLs).ok()?;
         // Load-dependent friction keeps the same loads.
         context.model = model.clone();
-        let (motion, matrix) = match same_motion {
-            Some(of) => (of.motion.clone(), of.solved.equation.matrix().clone()),
+        let (motion, matrix, normal) = match same_motion {
+            Some(Refit { motion, solved: of, .. }) => {
+                (motion.clone(), of.equation.matrix().clone(), of.normal.clone())
+            }
             None => {
-                let motion = filtered_motion(robot, experiment, &options.position_filter)?;
-                let matrix = fitted_matrix(&context, &motion)?;
-                (motion, matrix)
+                let motion = filtered_motion(robot, experiment, &options.position_filter).ok()?;
+                let matrix = fitted_matrix(&context, &motion).ok()?;
+                let normal = NormalEquations::new(&matrix, ROUNDING);
+                (motion, matrix, normal)
             }
         };
-        let torque = filtered_torque(&context)?;
-        let equation = torque_equation(&context, matrix, torque.clone(), &motion)?;
-        let ordinary = equation.solve_ordinary().map_err(IdentificationError::Regression)?;
-        let levels = equation.noise_levels(&ordinary.residuals);
-        let solution = equation.solve_weighted(&levels).map_err(IdentificationError::Regression)?;
-        let errors = equation.residual_statistics(&solution.residuals).relative_error_per_joint;
+        let torque = filtered_torque(&context).ok()?;
+        let equation = torque_equation(&context, matrix, torque.clone(), &motion).ok()?;
+        let solved = Solved::new(equation, normal)?;
+        let equation = &solved.equation;
+        let errors = equation.residual_statistics(&solved.residuals).relative_error_per_joint;
         let torques = equation.rms_per_joint(&torque);
         let residual = |joint: usize| {
             context
@@ -124,7 +191,6 @@ impl<'a> Refit<'a> {
                 .then(|| JointResidual { relative_error: errors[joint], torque: torques[joint] })
         };
         let joints = (0..robot.joints()).map(residual).collect();
-        let solved = Solved { equation, solution };
-        Ok(Self { context, motion, torque, joints, solved })
+        Some(Self { context, motion, torque, joints, solved })
     }
 }

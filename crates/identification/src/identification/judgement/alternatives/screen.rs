@@ -1,12 +1,16 @@
 //! Residuals of alternative readings at some rows, at a small fraction of the cost of a fit.
 
-use nalgebra::{Cholesky, DMatrix, DMatrixView, DVector, DVectorView, Dyn};
+use std::borrow::Cow;
+
+use nalgebra::{DMatrix, DVector, DVectorView};
 
 use super::alternative::{Alternative, Lag, Signal};
+use super::normal_equations::NormalEquations;
 use super::refit::Refit;
-use crate::identification::observation::{Motion, known_at, regressor_rows};
-use crate::identification::problem::{Context, change_motor_positions, change_motor_torques};
-use crate::regression::symmetric_product;
+use crate::identification::observation::{Motion, known_at, matrix_at};
+use crate::identification::problem::{
+    Context, change_motor_positions, change_motor_torques, to_joint_torques,
+};
 use core::ops::Range;
 use didim_dynamics::dynamics::Model;
 use didim_dynamics::robot::Robot;
@@ -14,20 +18,18 @@ use didim_dynamics::robot::Robot;
 /// Number of rows of each joint that are used.
 const ROWS: usize = 100;
 
+/// Difference of the gains that so many rows resolve \[nat per row\].
+pub(super) const RESOLUTION: f64 = 1.0 / ROWS as f64;
+
 /// Share of the golden ratio. Rows at its multiples never coincide with a period of the motion.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
 /// Added to the squared columns, which have length 1, so that columns may depend on each other.
 const DEPENDENT: f64 = 1e-9;
 
-/// Shortest column that is more than rounding, as a share of the longest one.
-const SHORTEST: f64 = 1e-9;
-
 /// Some rows of a fit.
 pub(super) struct Screen<'s, 'a> {
     context: &'s Context<'a>,
-    /// Columns of the regressor, also those that only another gravity makes identifiable.
-    columns: Vec<usize>,
     picked_rows: Vec<usize>,
     /// The motion at the picked rows (rows × joints).
     motion: Motion,
@@ -46,33 +48,8 @@ pub(super) struct Screen<'s, 'a> {
 
 /// Regressor at the picked rows.
 struct Rows {
-    joints: Vec<JointRows>,
-    /// Number of columns.
-    width: usize,
+    equations: NormalEquations,
     known_torque: Option<DVector<f64>>,
-    /// The last weights of the joints, with their normal equations.
-    last_normal: Option<(Vec<f64>, Normal)>,
-}
-
-/// Rows of one joint.
-struct JointRows {
-    /// Columns that act on the joint.
-    columns: Vec<usize>,
-    /// These columns, Y.
-    regressor: DMatrix<f64>,
-    /// YᵀY.
-    square: DMatrix<f64>,
-    /// The last torque of the joint, and its product with the regressor.
-    torque: DVector<f64>,
-    product: DVector<f64>,
-}
-
-/// Normal equations.
-struct Normal {
-    /// Scale of each column.
-    scale: DVector<f64>,
-    /// Factor of the scaled matrix.
-    factor: Cholesky<f64, Dyn>,
 }
 
 impl<'s, 'a> Screen<'s, 'a> {
@@ -92,11 +69,8 @@ impl<'s, 'a> Screen<'s, 'a> {
             at(&|sample, joint| motion.velocity(sample, joint)),
             at(&|sample, joint| motion.acceleration(sample, joint)),
         );
-        let find = |name: &String| context.robot.parameters().find(name);
-        let hidden = context.base.without_effect().iter().filter_map(find);
-        let columns: Vec<usize> =
-            context.selection.columns().iter().copied().chain(hidden).collect();
-        let configured = Rows::new(context, &context.model, &columns, &motion)?;
+        let columns = context.selection.columns();
+        let configured = Rows::new(context, &context.model, columns, &motion)?;
         let factor = context.decimation.factor();
         let mut all_torques = DMatrix::from_column_slice(rows, joints, torque.as_slice());
         let torque = all_torques.select_rows(&picked_rows);
@@ -110,7 +84,6 @@ impl<'s, 'a> Screen<'s, 'a> {
         let weights = weights.collect();
         Some(Self {
             context,
-            columns,
             picked_rows,
             motion,
             torque,
@@ -142,9 +115,14 @@ impl<'s, 'a> Screen<'s, 'a> {
     pub(super) fn with(&mut self, alternative: &Alternative) -> Option<Vec<f64>> {
         let torque = self.corrected_torque(alternative);
         let weights = alternative.weights(&self.weights);
+        let own_columns = self.context.selection.columns();
         if let Some(gravity_m_s2) = alternative.gravity_m_s2() {
             let model = self.context.model.clone().with_gravity(gravity_m_s2);
-            let mut rows = Rows::new(self.context, &model, &self.columns, &self.motion)?;
+            // Another gravity makes other parameters identifiable.
+            let find = |name: &String| self.context.robot.parameters().find(name);
+            let hidden = self.context.base.without_effect().iter().filter_map(find);
+            let columns: Vec<usize> = own_columns.iter().copied().chain(hidden).collect();
+            let mut rows = Rows::new(self.context, &model, &columns, &self.motion)?;
             return rows.relative_squares(&torque, &weights);
         }
         if let Some(robot) = alternative.arm(self.context.robot) {
@@ -152,7 +130,7 @@ impl<'s, 'a> Screen<'s, 'a> {
             if !self.is_reachable(&motion.position) {
                 return None;
             }
-            let columns = columns_of(&robot, self.context.robot, &self.columns);
+            let columns = columns_of(&robot, self.context.robot, own_columns);
             let mut rows = Rows::new(self.context, &Model::new(&robot), &columns, &motion)?;
             return rows.relative_squares(&torque, &weights);
         }
@@ -164,7 +142,7 @@ impl<'s, 'a> Screen<'s, 'a> {
             if !self.is_reachable(&motion.position) {
                 return None;
             }
-            let rows = Rows::new(self.context, &self.context.model, &self.columns, &motion)?;
+            let rows = Rows::new(self.context, &self.context.model, own_columns, &motion)?;
             self.last_corrected = Some((of_positions, rows));
         }
         self.last_corrected.as_mut()?.1.relative_squares(&torque, &weights)
@@ -197,10 +175,10 @@ impl<'s, 'a> Screen<'s, 'a> {
     /// Returns the corrected torques at the picked rows. Late positions are compared with torques
     /// that are equally late.
     fn corrected_torque(&self, alternative: &Alternative) -> DMatrix<f64> {
-        let mut torque = self.torque.clone();
-        change_motor_torques(&mut torque, self.context.robot.transmission(), |motors| {
-            alternative.correct_torques(motors, self.context.robot.transmission());
-            let Alternative::Late { signal, lag, time_s, .. } = alternative else { return };
+        let transmission = self.context.robot.transmission();
+        let mut motors = self.motor_torque.select_rows(&self.picked_rows);
+        alternative.correct_torques(&mut motors, transmission);
+        if let Alternative::Late { signal, lag, time_s, .. } = alternative {
             let is_position = *signal == Signal::Position;
             let rows = time_s.value * self.context.rows_hz();
             for motor in alternative.late_motors(*signal, motors.ncols()) {
@@ -213,8 +191,9 @@ impl<'s, 'a> Screen<'s, 'a> {
                     *to = late[*row];
                 }
             }
-        });
-        torque
+        }
+        to_joint_torques(&mut motors, transmission);
+        motors
     }
 }
 
@@ -272,12 +251,9 @@ impl Rows {
         columns: &[usize],
         states: &Motion,
     ) -> Option<Self> {
-        let regressor = regressor_rows(model, columns, states).ok()?;
+        let matrix = matrix_at(model, columns, states).ok()?;
         let known_torque = known_at(context, states).ok()?;
-        let (rows, joints) = states.position.shape();
-        let of_joint = |joint: usize| JointRows::new(regressor.rows(joint * rows, rows));
-        let joints = (0..joints).map(of_joint).collect();
-        Some(Self { joints, width: columns.len(), known_torque, last_normal: None })
+        Some(Self { equations: NormalEquations::new(&matrix, DEPENDENT), known_torque })
     }
 
     /// Returns the squared torque of each joint that the model has to explain.
@@ -286,13 +262,13 @@ impl Rows {
     }
 
     /// Returns the torques without the known ones.
-    fn explained(&self, torque: &DMatrix<f64>) -> DMatrix<f64> {
+    fn explained<'t>(&self, torque: &'t DMatrix<f64>) -> Cow<'t, DMatrix<f64>> {
         let (rows, joints) = torque.shape();
         match &self.known_torque {
-            Some(known_torque) => {
-                torque - DMatrix::from_column_slice(rows, joints, known_torque.as_slice())
-            }
-            None => torque.clone(),
+            Some(known_torque) => Cow::Owned(
+                torque - DMatrix::from_column_slice(rows, joints, known_torque.as_slice()),
+            ),
+            None => Cow::Borrowed(torque),
         }
     }
 
@@ -300,79 +276,8 @@ impl Rows {
     /// squares fit with these weights of the joints. 0 for a joint without torque.
     fn relative_squares(&mut self, torque: &DMatrix<f64>, weights: &[f64]) -> Option<Vec<f64>> {
         let torque = self.explained(torque);
-        let mut right = DVector::zeros(self.width);
-        for (joint, of) in self.joints.iter_mut().enumerate() {
-            of.set_torque(torque.column(joint));
-            for (column, product) in of.columns.iter().zip(&of.product) {
-                right[*column] += weights[joint] * product;
-            }
-        }
-        let solution = self.normal(weights)?.solve(right);
-        let squares: Vec<f64> =
-            self.joints.iter().map(|of| of.relative_square(&solution)).collect();
+        let solution = self.equations.solve(torque.as_slice(), weights)?;
+        let squares = self.equations.relative_squares(&solution);
         squares.iter().all(|value| value.is_finite()).then_some(squares)
-    }
-
-    /// Returns the normal equations with these weights of the joints.
-    fn normal(&mut self, weights: &[f64]) -> Option<&Normal> {
-        if self.last_normal.as_ref().is_none_or(|(last, _)| last != weights) {
-            let normal = Normal::new(&self.joints, self.width, weights)?;
-            self.last_normal = Some((weights.to_vec(), normal));
-        }
-        self.last_normal.as_ref().map(|(_, normal)| normal)
-    }
-}
-
-impl JointRows {
-    fn new(rows: DMatrixView<'_, f64>) -> Self {
-        let acts = |k: &usize| rows.column(*k).iter().any(|value| *value != 0.0);
-        let columns: Vec<usize> = (0..rows.ncols()).filter(acts).collect();
-        let regressor = rows.select_columns(&columns);
-        let square = symmetric_product(&regressor, &regressor);
-        let product = DVector::zeros(columns.len());
-        Self { columns, regressor, square, torque: DVector::zeros(0), product }
-    }
-
-    /// Most alternatives change the torque of one joint.
-    fn set_torque(&mut self, torque: DVectorView<'_, f64>) {
-        if self.torque != torque {
-            self.product = self.regressor.tr_mul(&torque);
-            self.torque = torque.into_owned();
-        }
-    }
-
-    /// Returns the squared residual with a solution, relative to the squared torque.
-    fn relative_square(&self, solution: &DVector<f64>) -> f64 {
-        let power = self.torque.norm_squared();
-        let own = solution.select_rows(&self.columns);
-        let residual = power - 2.0 * self.product.dot(&own) + own.dot(&(&self.square * &own));
-        if power > 0.0 { residual.max(0.0) / power } else { 0.0 }
-    }
-}
-
-impl Normal {
-    fn new(joints: &[JointRows], width: usize, weights: &[f64]) -> Option<Self> {
-        let mut normal = DMatrix::zeros(width, width);
-        for (of, weight) in joints.iter().zip(weights).filter(|(_, weight)| **weight > 0.0) {
-            for (column, square) in of.columns.iter().zip(of.square.column_iter()) {
-                let mut to = normal.column_mut(*column);
-                for (row, value) in of.columns.iter().zip(square.iter()) {
-                    to[*row] += weight * value;
-                }
-            }
-        }
-        let lengths = normal.diagonal().map(f64::sqrt);
-        let shortest = SHORTEST * lengths.max();
-        let scale = lengths.map(|length| if length > shortest { 1.0 / length } else { 0.0 });
-        for (k, mut column) in normal.column_iter_mut().enumerate() {
-            column.component_mul_assign(&scale);
-            column *= scale[k];
-            column[k] += DEPENDENT;
-        }
-        Some(Self { scale, factor: Cholesky::new(normal)? })
-    }
-
-    fn solve(&self, right: DVector<f64>) -> DVector<f64> {
-        self.factor.solve(&right.component_mul(&self.scale)).component_mul(&self.scale)
     }
 }
