@@ -43,20 +43,13 @@ impl CholeskyFactor {
 
     /// Replaces b by the solution of A x = b.
     pub(crate) fn solve(&self, right: &mut [f64]) {
-        let columns = self.0.as_slice().chunks_exact(self.0.nrows().max(1)).enumerate();
         with_vector_instructions(
             #[inline(always)]
-            || {
-                for (k, column) in columns.clone() {
-                    let (known, rest) = right[k..].split_at_mut(1);
-                    known[0] /= column[k];
-                    subtract_scaled(rest, known[0], &column[k + 1..]);
-                }
-                for (k, column) in columns.rev() {
-                    let (own, known) = right[k..].split_at_mut(1);
-                    own[0] = (own[0] - dot(&column[k + 1..], known)) / column[k];
-                }
-            },
+            || self.solve_lower(right, 0),
+        );
+        with_vector_instructions(
+            #[inline(always)]
+            || self.solve_upper(right),
         );
     }
 
@@ -64,20 +57,37 @@ impl CholeskyFactor {
     pub(crate) fn inverse(&self) -> DMatrix<f64> {
         let size = self.0.nrows();
         let mut of_triangle = DMatrix::identity(size, size);
+        let columns = of_triangle.as_mut_slice().chunks_exact_mut(size.max(1)).enumerate();
         with_vector_instructions(
             #[inline(always)]
-            || {
-                for (j, of) in of_triangle.as_mut_slice().chunks_exact_mut(size.max(1)).enumerate()
-                {
-                    for (k, column) in self.0.as_slice().chunks_exact(size).enumerate().skip(j) {
-                        let (known, rest) = of[k..].split_at_mut(1);
-                        known[0] /= column[k];
-                        subtract_scaled(rest, known[0], &column[k + 1..]);
-                    }
-                }
-            },
+            || columns.for_each(|(j, column)| self.solve_lower(column, j)),
         );
         symmetric_product(&of_triangle, &of_triangle)
+    }
+
+    /// Returns the columns of L, each with its place.
+    #[inline(always)]
+    fn columns(&self) -> impl DoubleEndedIterator<Item = (usize, &[f64])> + ExactSizeIterator {
+        self.0.as_slice().chunks_exact(self.0.nrows().max(1)).enumerate()
+    }
+
+    /// Replaces b, whose entries before `first` are 0, by the solution of L x = b.
+    #[inline(always)]
+    fn solve_lower(&self, right: &mut [f64], first: usize) {
+        for (k, column) in self.columns().skip(first) {
+            let (own, rest) = right[k..].split_at_mut(1);
+            own[0] /= column[k];
+            subtract_scaled(rest, own[0], &column[k + 1..]);
+        }
+    }
+
+    /// Replaces b by the solution of Lᵀ x = b.
+    #[inline(always)]
+    fn solve_upper(&self, right: &mut [f64]) {
+        for (k, column) in self.columns().rev() {
+            let (own, solved) = right[k..].split_at_mut(1);
+            own[0] = (own[0] - dot(&column[k + 1..], solved)) / column[k];
+        }
     }
 }
 

@@ -2,9 +2,6 @@
 
 use crate::stored_value::{number, numbers};
 use nalgebra::{DMatrix, DVector};
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::SeedableRng;
-use rand_distr::{Distribution, Uniform};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -14,13 +11,14 @@ use crate::identification::observation::{Motion, known_at, regressor_rows};
 use crate::identification::problem::{Context, IdentificationError};
 use crate::regression::{JointSolution, relative_errors};
 
-/// Number of random states.
-const STATE_COUNT: usize = 1500;
+/// Number of states. The figure of six-axis arms is then within 2 % of that of 20,000 random
+/// states, as with twice as many random ones.
+const STATE_COUNT: usize = 750;
 
-/// Seed of the random states, the same for every result.
-const SEED: u64 = 1;
+/// Steps of the fixed-point iteration for φ; each reduces the error by more than half.
+const ROOT_STEPS: usize = 60;
 
-/// Torque uncertainty outside the recorded motion, as root mean squares over random states.
+/// Torque uncertainty outside the recorded motion, as root mean squares over evenly spread states.
 /// Positions are anywhere within the arm's limits, velocities and accelerations within the ranges
 /// of the record.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -93,17 +91,22 @@ fn in_blocks(states: &Motion) -> impl Iterator<Item = Motion> {
     })
 }
 
-/// Returns uniformly distributed states: positions within the limits of the robot, velocities and
-/// accelerations within the ranges of the counted samples.
+/// Returns evenly spread states: positions within the limits of the robot, velocities and
+/// accelerations within the ranges of the counted samples. Each quantity is an additive recurrence
+/// with a power of 1/φ, where φ is the root of `φⁿ⁺¹ = φ + 1` for n quantities: the golden ratio
+/// for one (M. Roberts, *The unreasonable effectiveness of quasirandom sequences*, 2018).
 fn states(context: &Context<'_>, motion: &Motion) -> Motion {
-    let mut random = ChaCha8Rng::seed_from_u64(SEED);
     let joints = context.robot.joints();
-    let mut uniform = |ranges: &[[f64; 2]]| {
+    let exponent = 1.0 / (3.0 * joints as f64 + 1.0);
+    let root = (0..ROOT_STEPS).fold(2.0, |root: f64, _| (1.0 + root).powf(exponent));
+    let mut step = 1.0;
+    let mut spread = |ranges: &[[f64; 2]]| {
         let mut values = DMatrix::zeros(STATE_COUNT, joints);
         for (mut column, [low, high]) in values.column_iter_mut().zip(ranges) {
-            let range = Uniform::new_inclusive(low.min(*high), low.max(*high));
-            for value in &mut column {
-                *value = range.map_or(*low, |range| range.sample(&mut random));
+            step /= root;
+            let width = if (high - low).is_finite() { high - low } else { 0.0 };
+            for (k, value) in (1..).zip(&mut column) {
+                *value = low + (0.5 + step * f64::from(k)).fract() * width;
             }
         }
         values
@@ -113,8 +116,8 @@ fn states(context: &Context<'_>, motion: &Motion) -> Motion {
     let reached = ReachedRange::from_context(context, motion);
     let column_of =
         |quantity: fn(&ReachedRange) -> [f64; 2]| reached.iter().map(quantity).collect::<Vec<_>>();
-    let position = uniform(&positions);
-    let velocity = uniform(&column_of(|reached| reached.velocity));
-    let acceleration = uniform(&column_of(|reached| reached.acceleration));
+    let position = spread(&positions);
+    let velocity = spread(&column_of(|reached| reached.velocity));
+    let acceleration = spread(&column_of(|reached| reached.acceleration));
     Motion::from_matrices(position, velocity, acceleration)
 }

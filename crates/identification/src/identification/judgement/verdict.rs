@@ -458,8 +458,7 @@ fn contact_detection(quantiles: &[ResidualQuantiles]) -> Criteria {
 fn contradicted<'a>(
     freedoms: impl IntoIterator<Item = &'a NuisanceEstimate>,
 ) -> impl Iterator<Item = Reason> {
-    // No data tell a base that leans from another torque that depends on the position of joint 1.
-    let is_cause = |of: &&NuisanceEstimate| !matches!(of.nuisance, NuisanceParameter::Mounting(_));
+    let is_cause = |of: &&NuisanceEstimate| !of.nuisance.is_ambiguous();
     freedoms.into_iter().filter(is_cause).filter_map(|found| {
         let quantity = found.quantity?;
         let least = Tolerances::CONTRADICTION_DEVIATIONS

@@ -168,33 +168,23 @@ impl Experiment {
         let mut recordings: Vec<Recording> = Vec::new();
         let (mut first_samples, mut samples) = (Vec::new(), 0);
         for Recording { samples: own, counted_samples: counted } in &self.recordings {
-            let whole = own.len() / count;
-            first_samples.extend((0..whole).map(|k| own.start + k * count));
-            let start = samples + (counted.start - own.start).div_ceil(count).min(whole);
+            let means = own.len() / count;
+            first_samples.extend((0..means).map(|k| own.start + k * count));
+            let start = samples + (counted.start - own.start).div_ceil(count).min(means);
             let end = samples + (counted.end - own.start) / count;
             recordings.push(Recording {
-                samples: samples..samples + whole,
+                samples: samples..samples + means,
                 counted_samples: start.min(end)..end,
             });
-            samples += whole;
+            samples += means;
         }
-        let means = |of: &DMatrix<f64>| {
-            let mean = |signal: &[f64], first: usize| {
-                signal[first..first + count].iter().sum::<f64>() / count as f64
-            };
-            let columns = of.as_slice().chunks_exact(of.nrows().max(1));
-            let values =
-                columns.flat_map(|signal| first_samples.iter().map(move |k| mean(signal, *k)));
-            DMatrix::from_vec(samples, of.ncols(), values.collect())
-        };
-        let mean_of =
-            |sample: usize| first_samples.partition_point(|first| first + count <= sample);
+        let mean_at = |sample: usize| first_samples.partition_point(|of| of + count <= sample);
         let held_out =
-            self.held_out.iter().map(|of| mean_of(of.start)..mean_of(of.end + count - 1));
+            self.held_out.iter().map(|of| mean_at(of.start)..mean_at(of.end + count - 1));
         Self {
             sample_rate_hz: self.sample_rate_hz / count as f64,
-            position_rad: means(&self.position_rad),
-            torque_nm: means(&self.torque_nm),
+            position_rad: means_from(&self.position_rad, &first_samples, count),
+            torque_nm: means_from(&self.torque_nm, &first_samples, count),
             reference_rad: None,
             held_out: held_out.collect(),
             recordings,
@@ -558,20 +548,46 @@ pub(crate) fn change_motor_positions(
     map_samples(positions, |motor, joint| transmission.joint_position(motor, joint));
 }
 
+/// Returns the means of `count` samples from each of some samples on.
+fn means_from(signals: &DMatrix<f64>, first_samples: &[usize], count: usize) -> DMatrix<f64> {
+    DMatrix::from_fn(first_samples.len(), signals.ncols(), |k, joint| {
+        signals.column(joint).rows_range(first_samples[k]..first_samples[k] + count).mean()
+    })
+}
+
 /// Changes joint torques (samples × joints) as those of the motors.
 pub(crate) fn change_motor_torques(
     torques: &mut DMatrix<f64>,
     transmission: &Transmission,
     change: impl FnOnce(&mut DMatrix<f64>),
 ) {
-    map_samples(torques, |joint, motor| transmission.motor_torque(joint, motor));
-    change(torques);
-    to_joint_torques(torques, transmission);
+    let mut motors = to_motor_torques(core::mem::take(torques), transmission);
+    change(&mut motors);
+    to_joint_torques(&mut motors, transmission);
+    *torques = motors;
+}
+
+/// Returns motor torques for those of the joints (samples × joints).
+pub(crate) fn to_motor_torques(
+    mut torques: DMatrix<f64>,
+    transmission: &Transmission,
+) -> DMatrix<f64> {
+    map_samples(&mut torques, |joint, motor| transmission.motor_torque(joint, motor));
+    torques
 }
 
 /// Replaces motor torques (samples × motors) by those of the joints.
 pub(crate) fn to_joint_torques(torques: &mut DMatrix<f64>, transmission: &Transmission) {
-    map_samples(torques, |motor, joint| transmission.joint_torque(motor, joint));
+    let (samples, axes) = torques.shape();
+    let mut joints = DMatrix::zeros(samples, axes);
+    for (motor, torque) in torques.column_iter().enumerate() {
+        for (joint, ratio) in transmission.row(motor).iter().enumerate() {
+            if *ratio != 0.0 {
+                joints.column_mut(joint).axpy(*ratio, &torque, 1.0);
+            }
+        }
+    }
+    *torques = joints;
 }
 
 /// Replaces every row by the result of `map`.
@@ -592,6 +608,28 @@ fn map_samples(signals: &mut DMatrix<f64>, map: impl Fn(&[f64], &mut [f64])) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// The left-over sample of the first recording takes no part in the means of the second.
+    #[test]
+    fn means_stay_within_their_recordings() {
+        let recording = |first: f64, samples: usize, counted: Range<usize>| {
+            let ramp = |axis: f64| (0..samples).map(|k| first + axis + k as f64).collect();
+            let (position_rad, torque_nm) = (vec![ramp(0.0)], vec![ramp(0.5)]);
+            let signals =
+                Signals { sample_rate_hz: 100.0, position_rad, torque_nm, reference_rad: None };
+            Experiment::joint_side(&signals).unwrap().with_counted(counted).unwrap()
+        };
+        let recordings = [recording(0.0, 7, 1..7), recording(100.0, 9, 3..8)];
+        let joined = Experiment::join(&recordings).unwrap().with_held_out(10..12).unwrap();
+        let means = joined.means_of(3);
+        assert_eq!(means.sample_rate_hz, 100.0 / 3.0);
+        assert_eq!(means.position_rad.as_slice(), [1.0, 4.0, 101.0, 104.0, 107.0]);
+        assert_eq!(means.torque_nm.as_slice(), [1.5, 4.5, 101.5, 104.5, 107.5]);
+        let counted: Vec<_> =
+            means.recordings.iter().map(|of| of.counted_samples.clone()).collect();
+        assert_eq!(counted, [1..2, 3..4]);
+        assert_eq!(means.held_out, [3..4]);
+    }
 
     /// A sine behind a low-pass lags by atan(ωT), and is √(1 + ω²T²) times smaller, whichever
     /// recording it is of.

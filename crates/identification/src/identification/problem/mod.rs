@@ -22,7 +22,9 @@ pub use closed_loop_limits::ClosedLoopLimits;
 pub(crate) use context::Context;
 pub use error::IdentificationError;
 pub use experiment::{Experiment, SignalDelays};
-pub(crate) use experiment::{change_motor_positions, change_motor_torques, to_joint_torques};
+pub(crate) use experiment::{
+    change_motor_positions, change_motor_torques, to_joint_torques, to_motor_torques,
+};
 pub use experiment_error::ExperimentError;
 pub use failure::Failure;
 pub use fixed::KeptParameters;

@@ -34,6 +34,9 @@ pub struct Tolerances {
     pub mounting_deg: f64,
     /// Error of the distances between neighbour axes, and of a prismatic joint's zero \[m\].
     pub length_m: f64,
+    /// Relative error of a joint's position: a belt or a rope in place of a gear, or a wrong number
+    /// of counts \[share\].
+    pub position_scale: f64,
     /// Relative error of a known torque, such as that of a spring, and of its slope over the range
     /// of the joint \[share\].
     pub known_torque: f64,
@@ -48,6 +51,7 @@ impl Default for Tolerances {
             twist_deg: 0.1,
             mounting_deg: 0.5,
             length_m: 0.001,
+            position_scale: 0.001,
             known_torque: 0.02,
         }
     }
@@ -71,6 +75,7 @@ impl Tolerances {
             ("twist_deg", self.twist_deg),
             ("mounting_deg", self.mounting_deg),
             ("length_m", self.length_m),
+            ("position_scale", self.position_scale),
             ("known_torque", self.known_torque),
         ] {
             if !(value.is_finite() && value > 0.0) {

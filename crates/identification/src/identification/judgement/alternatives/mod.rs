@@ -278,6 +278,22 @@ impl Candidate {
         self.evidence - self.likelihood_gain + of_joints
     }
 
+    /// Returns the likelihood gain with another number; NaN if it cannot be fitted. `before` has the
+    /// squared relative residuals of the configured reading.
+    fn likelihood_at(
+        &self,
+        value: f64,
+        before: &[f64],
+        refit: &Refit<'_>,
+        logged: &Experiment,
+    ) -> f64 {
+        let other = self.alternative.with_constant(value);
+        let reading = Reading::new(&other, &refit.context, logged);
+        let same_motion = other.keeps_motion().then_some(refit);
+        let after = reading.refit(&refit.context, same_motion).map(|of| relative_squares(&of));
+        after.map_or(f64::NAN, |after| likelihood_gain([before, &after], &self.rows))
+    }
+
     /// Returns the alternative with the most likely number, and its standard deviation: by a
     /// parabola through the likelihood at three numbers. `None` if no number is the most likely.
     fn estimated(&self, refit: &Refit<'_>, logged: &Experiment) -> Option<Alternative> {
@@ -285,15 +301,9 @@ impl Candidate {
             return Some(self.alternative.clone());
         };
         let before = relative_squares(refit);
-        let likelihood = |value: f64| {
-            let other = self.alternative.with_constant(value);
-            let reading = Reading::new(&other, &refit.context, logged);
-            let same_motion = other.keeps_motion().then_some(refit);
-            let after = reading.refit(&refit.context, same_motion);
-            let after = after.map(|of| relative_squares(&of));
-            after.map_or(f64::NAN, |after| likelihood_gain([&before, &after], &self.rows))
+        let near = |value: f64, steps: f64| {
+            self.likelihood_at(value * (steps * STEP).exp(), &before, refit, logged)
         };
-        let near = |value: f64, steps: f64| likelihood(value * (steps * STEP).exp());
         let mut gains = [near(value, -1.0), self.likelihood_gain, near(value, 1.0)];
         // The screening finds the number to a few steps.
         for _ in 0..MOST_STEPS {
@@ -347,7 +357,10 @@ fn best(refit: &Refit<'_>, logged: &Experiment) -> Option<Best> {
     fitted.extend(low_pass_of_all_signals(refit, logged, &torques));
     // A lag is a matter of degree. The others are there or not.
     let is_late = |of: &Alternative| matches!(of, Alternative::Late { .. });
-    if !fitted.iter().any(|of| !of.explained.is_empty() || is_late(&of.alternative)) {
+    let rows = refit.context.samples.len() as f64;
+    let has_cause = |of: &&Fitted| !of.explained.is_empty() || is_late(&of.alternative);
+    let mut causes = fitted.iter().filter(has_cause);
+    if !causes.any(|of| of.largest_likelihood_gain(rows) > DECISIVE) {
         return None;
     }
     let filter = refit.context.row_filter();
@@ -443,14 +456,15 @@ fn finalists(
         let scores: Vec<Option<(f64, Vec<f64>)>> = tried.iter().map(|of| score(*of)).collect();
         let value = |k: usize| scores[k].as_ref().map_or(f64::NEG_INFINITY, |of| of.0);
         let highest = (0..tried.len()).map(value).fold(f64::NEG_INFINITY, f64::max);
-        // Of numbers that the picked rows cannot tell apart, the one that changes least.
+        // Numbers that the picked rows cannot tell apart: the one that changes least is best.
         let is_highest = |k: &usize| value(*k) >= highest - screen::RESOLUTION;
         let departure = |k: &usize| alternative.departure(tried[*k]);
         let best = (0..tried.len())
             .filter(is_highest)
             .min_by(|a, b| departure(a).total_cmp(&departure(b)))?;
-        let Some((_, after)) = &scores[best] else { continue };
-        if torques.explained([&before, after], MAY_LEAVE, MAY_MATTER).is_empty() {
+        let Some((gain, after)) = &scores[best] else { continue };
+        let is_better = *gain > 0.0;
+        if !is_better || torques.explained([&before, after], MAY_LEAVE, MAY_MATTER).is_empty() {
             continue;
         }
         let (mut constant, mut after) = (tried[best], after.clone());
@@ -462,8 +476,8 @@ fn finalists(
         let alternative = alternative.with_constant(constant);
         screened.push(Finalist { alternative, is_inside, squares: [before.clone(), after] });
     }
-    screened
-        .sort_by(|one, other| sum_of_gains(&other.squares).total_cmp(&sum_of_gains(&one.squares)));
+    let gain = |of: &Finalist| sum_of_gains(&of.squares);
+    screened.sort_by(|one, other| gain(other).total_cmp(&gain(one)));
     let mut finalists: Vec<Finalist> = Vec::new();
     for candidate in screened {
         let is_variant = |of: &Finalist| of.alternative.is_variant(&candidate.alternative);
@@ -533,6 +547,12 @@ struct Fitted {
 }
 
 impl Fitted {
+    /// Returns the likelihood gain if each of so many rows of a joint were independent.
+    fn largest_likelihood_gain(&self, rows: f64) -> f64 {
+        let [before, after] = &self.squares;
+        gains([before, after]).map(|gain| gain.max(0.0) * rows).sum()
+    }
+
     /// Compares the alternative with the configured reading.
     fn judge(self, configured: &ResidualAnalysis<'_>, count: usize) -> Option<Candidate> {
         let rows = match &self.solved {

@@ -1,5 +1,5 @@
-//! Least squares with one weight per joint by normal equations. They have half as many digits as a QR
-//! decomposition, which is enough to compare readings, and take a fraction of its time.
+//! Least squares with one weight per joint by normal equations. They have half as many digits as a
+//! QR decomposition, which is enough to compare readings, and take a fraction of its time.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -43,8 +43,8 @@ struct Factor {
 }
 
 impl NormalEquations {
-    /// `dependence` is added to the squared columns, scaled to length 1. It damps what contributes less
-    /// than its root.
+    /// `dependence` is added to the squared columns, scaled to length 1. It damps what contributes
+    /// less than its root.
     pub(super) fn new(matrix: &ObservationMatrix, dependence: f64) -> Self {
         let joints = (0..matrix.joints()).map(|joint| JointRows::new(matrix, joint)).collect();
         Self { joints, width: matrix.ncols(), dependence, last: None }
@@ -116,10 +116,12 @@ impl Factor {
     fn new(joints: &[JointRows], width: usize, weights: &[f64], dependence: f64) -> Option<Self> {
         let mut normal = DMatrix::zeros(width, width);
         for (of, weight) in joints.iter().zip(weights).filter(|(_, weight)| **weight > 0.0) {
+            let count = of.columns.len().max(1);
             // The lower triangle; columns ascend.
-            for (k, column) in of.columns.iter().enumerate() {
-                let mut to = normal.column_mut(*column);
-                for (row, value) in of.columns.iter().zip(of.square.column(k).iter()).skip(k) {
+            for (k, square) in of.square.as_slice().chunks_exact(count).enumerate() {
+                let first = of.columns[k] * width;
+                let to = &mut normal.as_mut_slice()[first..first + width];
+                for (row, value) in of.columns[k..].iter().zip(&square[k..]) {
                     to[*row] += weight * value;
                 }
             }
@@ -127,9 +129,11 @@ impl Factor {
         let lengths = normal.diagonal().map(f64::sqrt);
         let shortest = SHORTEST * lengths.max();
         let scale = lengths.map(|length| if length > shortest { 1.0 / length } else { 0.0 });
-        for (k, mut column) in normal.column_iter_mut().enumerate() {
-            column.component_mul_assign(&scale);
-            column *= scale[k];
+        let columns = normal.as_mut_slice().chunks_exact_mut(width.max(1));
+        for (k, column) in columns.enumerate() {
+            for (value, of_row) in column[k..].iter_mut().zip(&scale.as_slice()[k..]) {
+                *value *= of_row * scale[k];
+            }
             column[k] += dependence;
         }
         Some(Self { scale, factor: CholeskyFactor::new(normal)? })

@@ -9,7 +9,7 @@ use super::normal_equations::NormalEquations;
 use super::refit::Refit;
 use crate::identification::observation::{Motion, known_at, matrix_at};
 use crate::identification::problem::{
-    Context, change_motor_positions, change_motor_torques, to_joint_torques,
+    Context, change_motor_positions, to_joint_torques, to_motor_torques,
 };
 use core::ops::Range;
 use didim_dynamics::dynamics::Model;
@@ -18,8 +18,9 @@ use didim_dynamics::robot::Robot;
 /// Number of rows of each joint that are used.
 const ROWS: usize = 100;
 
-/// Difference of the gains that so many rows resolve \[nat per row\].
-pub(super) const RESOLUTION: f64 = 1.0 / ROWS as f64;
+/// Difference of the gains inside which a number has its confidence interval of 95 %: half of the
+/// quantile of χ² with one degree of freedom, divided among the rows \[nat per row\].
+pub(super) const RESOLUTION: f64 = 1.92 / ROWS as f64;
 
 /// Share of the golden ratio. Rows at its multiples never coincide with a period of the motion.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
@@ -72,12 +73,9 @@ impl<'s, 'a> Screen<'s, 'a> {
         let columns = context.selection.columns();
         let configured = Rows::new(context, &context.model, columns, &motion)?;
         let factor = context.decimation.factor();
-        let mut all_torques = DMatrix::from_column_slice(rows, joints, torque.as_slice());
+        let all_torques = DMatrix::from_column_slice(rows, joints, torque.as_slice());
         let torque = all_torques.select_rows(&picked_rows);
-        let mut motor_torque = DMatrix::zeros(0, 0);
-        change_motor_torques(&mut all_torques, context.robot.transmission(), |motors| {
-            motor_torque = motors.clone();
-        });
+        let motor_torque = to_motor_torques(all_torques, context.robot.transmission());
         let segments = segments(samples, factor);
         let powers = configured.powers(&torque);
         let weights = powers.iter().map(|power| if *power > 0.0 { 1.0 / power } else { 0.0 });

@@ -119,11 +119,13 @@ impl<'a> NuisanceObservation<'a> {
             NuisanceEffect::Neighbour { row: own, .. }
             | NuisanceEffect::Gain(Some(own))
             | NuisanceEffect::Delay(own)
+            | NuisanceEffect::OverRange(own)
             | NuisanceEffect::PreslidingDistance { joint: own, .. }
             | NuisanceEffect::KnownTorque { joint: own, .. } => *own == joint,
-            NuisanceEffect::Gain(None) | NuisanceEffect::Zero(_) | NuisanceEffect::Geometry(_) => {
-                true
-            }
+            NuisanceEffect::Gain(None)
+            | NuisanceEffect::Zero(_)
+            | NuisanceEffect::Scale(_)
+            | NuisanceEffect::Geometry(_) => true,
             NuisanceEffect::LeftOut(index) => self.auxiliary.left_out.acts_on(joint, *index),
         }
     }
@@ -254,6 +256,8 @@ fn is_of_states(column: &Column) -> bool {
         NuisanceEffect::Neighbour { by, .. } => !matches!(by, CouplingKind::Sign),
         NuisanceEffect::KnownTorque { .. }
         | NuisanceEffect::Zero(_)
+        | NuisanceEffect::Scale(_)
+        | NuisanceEffect::OverRange(_)
         | NuisanceEffect::Geometry(_) => true,
         NuisanceEffect::Bend { .. }
         | NuisanceEffect::Curvature { .. }

@@ -67,12 +67,13 @@ impl<'a> NuisanceColumns<'a> {
     }
 
     /// Replaces the prior standard deviations; returns `None` if their number differs. Results of
-    /// earlier versions do not have the mounting angles.
+    /// earlier versions do not have the last ones.
     pub(in super::super) fn with_deviations(mut self, deviations: &[f64]) -> Option<Self> {
-        let is_mounting = |of: &Column| matches!(of.nuisance, NuisanceParameter::Mounting(_));
-        let earlier = self.columns.iter().filter(|of| !is_mounting(of)).count();
-        if deviations.len() == earlier {
-            self.columns.truncate(earlier);
+        let until = |version: usize| {
+            self.columns.iter().take_while(|of| of.nuisance.list_version() <= version).count()
+        };
+        if let Some(count) = [0, 1].map(until).into_iter().find(|of| *of == deviations.len()) {
+            self.columns.truncate(count);
         }
         for (column, deviation) in self.columns.iter_mut().zip(deviations) {
             column.deviation = *deviation;
@@ -235,7 +236,7 @@ impl<'a> NuisanceColumns<'a> {
         let degrees = 1.0_f64.to_degrees();
         match acts {
             NuisanceEffect::Gain(_) => self.are_gains_identifiable.then_some((1.0, "1")),
-            NuisanceEffect::KnownTorque { .. } => Some((1.0, "1")),
+            NuisanceEffect::KnownTorque { .. } | NuisanceEffect::Scale(_) => Some((1.0, "1")),
             NuisanceEffect::Delay(_) => Some((1.0, "s")),
             NuisanceEffect::Zero(joint) => match self.context.model.chain()[*joint].kind {
                 JointKind::Revolute => Some((degrees, "deg")),
@@ -291,19 +292,28 @@ impl ColumnsAtStates<'_> {
                 let q = q[*joint];
                 let mut known_torque_nm = model.known_torque(*joint, q).unwrap_or(Lanes::zero());
                 if *over_range {
-                    let limits = model.chain()[*joint].limits;
-                    let middle = 0.5 * (limits.position_max + limits.position_min);
-                    let half = 0.5 * (limits.position_max - limits.position_min);
-                    known_torque_nm *= (q - Lanes::constant(middle)) * Lanes::constant(1.0 / half);
+                    known_torque_nm *= over_limits(model, *joint, q);
                 }
                 torque[*joint] = -known_torque_nm;
             }
             NuisanceEffect::Zero(shifted) => {
                 let mut q: Vec<Group> = q.to_vec();
                 q[*shifted] += Lanes::constant(GEOMETRY_STEP);
-                torque = self.step_to(model, &q);
+                torque = self.step_to(model, States { q: &q, ..self.state });
             }
-            NuisanceEffect::Geometry(model) => torque = self.step_to(model, q),
+            NuisanceEffect::Scale(scaled) => {
+                let scale = |signal: &[Group]| -> Vec<Group> {
+                    let mut signal = signal.to_vec();
+                    signal[*scaled] *= Lanes::constant(1.0 + GEOMETRY_STEP);
+                    signal
+                };
+                let [q, dq, ddq] = [q, dq, ddq].map(scale);
+                torque = self.step_to(model, States { q: &q, dq: &dq, ddq: &ddq, ..self.state });
+            }
+            NuisanceEffect::OverRange(joint) => {
+                torque[*joint] = over_limits(model, *joint, q[*joint]);
+            }
+            NuisanceEffect::Geometry(model) => torque = self.step_to(model, self.state),
             // A presliding distance has no effect on a joint that has moved far in one direction.
             NuisanceEffect::PreslidingDistance { .. }
             | NuisanceEffect::Delay(_)
@@ -334,14 +344,22 @@ impl ColumnsAtStates<'_> {
         torque
     }
 
-    /// Returns the change of the torques with another geometry or position, divided by the step.
-    fn step_to(&mut self, model: &Model, q: &[Group]) -> [Group; MAX_JOINTS] {
-        let mut torque = self.dynamics.torque(model, States { q, ..self.state });
+    /// Returns the change of the torques with another geometry or state, divided by the step.
+    fn step_to(&mut self, model: &Model, state: States<'_>) -> [Group; MAX_JOINTS] {
+        let mut torque = self.dynamics.torque(model, state);
         for (torque, predicted) in torque.iter_mut().zip(self.predicted) {
             *torque = (*torque - predicted) * Lanes::constant(1.0 / GEOMETRY_STEP);
         }
         torque
     }
+}
+
+/// Returns the position of a joint, scaled from −1 to 1 over its limits.
+fn over_limits(model: &Model, joint: usize, q: Group) -> Group {
+    let limits = model.chain()[joint].limits;
+    let middle = 0.5 * (limits.position_max + limits.position_min);
+    let half = 0.5 * (limits.position_max - limits.position_min);
+    (q - Lanes::constant(middle)) * Lanes::constant(1.0 / half)
 }
 
 /// Returns tanh(u/w) minus the model's own sign function.

@@ -32,6 +32,9 @@ const COUPLING_SHARE: f64 = 0.5;
 /// Prior Coulomb friction of a joint whose model has none, as a share of the joint's torque.
 const UNMODELLED_FRICTION: f64 = 0.1;
 
+/// Prior torque that depends on a joint's position, as a share of the joint's torque.
+const POSITION_TORQUE_SHARE: f64 = 0.01;
+
 /// Prior size of each unselected parameter, as a share of a joint's torque.
 const LEFT_OUT_SHARE: f64 = 0.02;
 
@@ -71,6 +74,10 @@ pub(super) enum NuisanceEffect {
     Delay(usize),
     /// Change of the predicted torques with a joint's position, divided by the step.
     Zero(usize),
+    /// Change of the predicted torques with the scale of a joint's position, divided by the step.
+    Scale(usize),
+    /// Position of a joint, scaled from −1 to 1 over the joint's limits.
+    OverRange(usize),
     /// Change of the predicted torques with another geometry, divided by the step.
     Geometry(Box<Model>),
     /// Known torque on a joint. With `over_range` it is multiplied by the joint's position, scaled
@@ -296,6 +303,29 @@ impl PriorSizes<'_> {
         columns
     }
 
+    /// Returns the columns of each joint's position scale, and of a torque that depends on its
+    /// position.
+    fn position_columns(&self) -> Vec<Column> {
+        let tolerance = self.context.options.tolerances.position_scale;
+        let mut columns = Vec::new();
+        for (joint, limits) in self.context.robot.limits().enumerate() {
+            let index = JointIndex::new(joint);
+            columns.push(Column {
+                nuisance: NuisanceParameter::PositionScale(index),
+                deviation: tolerance,
+                effect: NuisanceEffect::Scale(joint),
+            });
+            if (limits.position_max - limits.position_min).is_finite() {
+                columns.push(Column {
+                    nuisance: NuisanceParameter::PositionTorque(index),
+                    deviation: POSITION_TORQUE_SHARE * self.observed.torque_nm[joint],
+                    effect: NuisanceEffect::OverRange(joint),
+                });
+            }
+        }
+        columns
+    }
+
     /// Returns all columns.
     pub(super) fn columns(&self, directions: &[Direction]) -> Vec<Column> {
         let context = self.context;
@@ -362,11 +392,12 @@ impl PriorSizes<'_> {
                 NuisanceEffect::LeftOut(index),
             );
         }
-        // Last, because results of earlier versions do not have them.
+        // Last, because results of earlier versions do not have them, or only the mounting.
         for (axis, leaning) in mountings(&context.model) {
             let acts = NuisanceEffect::Geometry(Box::new(leaning));
             add(NuisanceParameter::Mounting(axis), tolerances.mounting_deg.to_radians(), acts);
         }
+        columns.extend(self.position_columns());
         columns
     }
 }

@@ -47,6 +47,10 @@ pub enum NuisanceParameter {
     Distance(JointIndex),
     /// Offset of a joint's link along its axis.
     Offset(JointIndex),
+    /// Scale of a joint's position.
+    PositionScale(JointIndex),
+    /// Torque on a joint that depends on its position: of hoses, cables, a spring.
+    PositionTorque(JointIndex),
     /// Angle between the base and gravity, about an axis of the base.
     Mounting(BaseAxis),
     /// Known torque on a joint: its size, and its slope over the joint's range.
@@ -101,8 +105,24 @@ impl NuisanceParameter {
             Self::JointFriction(_)
                 | Self::MotorFriction(_)
                 | Self::Coupling { .. }
+                | Self::PositionTorque(_)
                 | Self::LeftOutParameters
         )
+    }
+
+    /// Returns the version of the list that has this nuisance parameter first.
+    fn list_version(self) -> usize {
+        match self {
+            Self::PositionScale(_) | Self::PositionTorque(_) => 2,
+            Self::Mounting(_) => 1,
+            _ => 0,
+        }
+    }
+
+    /// Returns true if other causes leave the same torques as this one, so that no data accuse it:
+    /// a base that leans and a torque that depends on the position of joint 1, for example.
+    pub(super) fn is_ambiguous(self) -> bool {
+        matches!(self, Self::Mounting(_) | Self::PositionScale(_))
     }
 }
 
@@ -121,6 +141,8 @@ impl fmt::Display for NuisanceParameter {
             Self::Twist(joint) => write!(f, "twist before joint {joint}"),
             Self::Distance(joint) => write!(f, "axis distance before joint {joint}"),
             Self::Offset(joint) => write!(f, "link offset of joint {joint}"),
+            Self::PositionScale(joint) => write!(f, "position scale of joint {joint}"),
+            Self::PositionTorque(joint) => write!(f, "position-dependent torque of joint {joint}"),
             Self::Mounting(axis) => write!(f, "mounting angle about the {axis} axis of the base"),
             Self::KnownTorque(joint) => write!(f, "known torque on joint {joint}"),
             Self::LeftOutParameters => f.write_str("parameters left out"),
@@ -169,6 +191,8 @@ impl core::str::FromStr for NuisanceParameter {
             "twist before joint" => Self::Twist(joint),
             "axis distance before joint" => Self::Distance(joint),
             "link offset of joint" => Self::Offset(joint),
+            "position scale of joint" => Self::PositionScale(joint),
+            "position-dependent torque of joint" => Self::PositionTorque(joint),
             "known torque on joint" => Self::KnownTorque(joint),
             _ => return Err(unknown()),
         })
@@ -250,7 +274,9 @@ impl NuisanceEstimate {
     pub fn correction_factor(&self) -> Option<[f64; 2]> {
         let Quantity { value, standard_deviation, unit, .. } = self.quantity?;
         (unit == "1").then(|| match self.nuisance {
-            NuisanceParameter::KnownTorque(_) => [1.0 + value, standard_deviation],
+            NuisanceParameter::KnownTorque(_) | NuisanceParameter::PositionScale(_) => {
+                [1.0 + value, standard_deviation]
+            }
             // If torques read too large by this share, the configured gain is too large.
             _ => {
                 let factor = 1.0 / (1.0 + value);
