@@ -1,5 +1,5 @@
-//! How the cost of the kernels grows with the number of axes: arms of one to eight revolute joints,
-//! each the beginning of the next, with every parameter.
+//! How the cost of the kernels grows with the number of axes: arms of one to sixteen revolute
+//! joints, each the beginning of the next, with every parameter.
 //!
 //! Two kinds of arm: axes at right angles or parallel, as industrial arms have them, half of whose
 //! rotations are permutations; and axes at any angle, of which nothing is known beforehand.

@@ -30,7 +30,7 @@ pub fn torque_figure(
 ) -> String {
     let count = panels.len() + usize::from(!steps.is_empty());
     let rows = count.div_ceil(PANEL_COLUMNS);
-    #[expect(clippy::cast_precision_loss, reason = "at most eight joints")]
+    #[expect(clippy::cast_precision_loss, reason = "at most sixteen joints")]
     let (width, height) =
         (PANEL_WIDTH * PANEL_COLUMNS as f64, HEADER_HEIGHT + TORQUE_PANEL_HEIGHT * rows as f64);
     let mut svg = String::new();
@@ -57,7 +57,7 @@ pub fn torque_figure(
         );
     }
     for index in 0..count {
-        #[expect(clippy::cast_precision_loss, reason = "at most eight joints")]
+        #[expect(clippy::cast_precision_loss, reason = "at most sixteen joints")]
         let (x, y) = (
             (index % PANEL_COLUMNS) as f64 * PANEL_WIDTH,
             HEADER_HEIGHT + (index / PANEL_COLUMNS) as f64 * TORQUE_PANEL_HEIGHT,

@@ -25,6 +25,7 @@ mod free_memory;
 mod known_torques;
 mod load;
 mod machine;
+mod many_axes;
 mod metrics;
 mod new;
 mod next;

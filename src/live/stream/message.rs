@@ -13,7 +13,7 @@ pub const BATCH_SAMPLES: usize = 64;
 /// One joint sample in its shared-memory layout.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(target_os = "linux", derive(ZeroCopySend), type_name("didim.StreamSample.v4"))]
+#[cfg_attr(target_os = "linux", derive(ZeroCopySend), type_name("didim.StreamSample.v5"))]
 pub struct StreamSample {
     /// [`JointSample::sequence`].
     pub sequence: u64,
@@ -38,7 +38,7 @@ pub struct StreamSample {
     /// [`Readings::steps`].
     pub reading_steps: [[i16; MAX_JOINTS]; Reading::ALL.len()],
     /// [`Readings::joints`], padded with zeros so that no byte is uninitialised.
-    pub reading_joints: [u8; 8],
+    pub reading_joints: [u16; 8],
 }
 
 impl StreamSample {
@@ -108,7 +108,7 @@ impl BatchKind {
 /// A batch of samples: the unit of transmission and notification.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
-#[cfg_attr(target_os = "linux", derive(ZeroCopySend), type_name("didim.SampleBatch.v3"))]
+#[cfg_attr(target_os = "linux", derive(ZeroCopySend), type_name("didim.SampleBatch.v4"))]
 pub struct SampleBatch {
     /// Identifier of the acquisition run. It differs after a restart of the acquisition.
     pub session: u64,
@@ -169,4 +169,24 @@ pub(super) struct Acknowledgement {
     pub(super) session: u64,
     /// Number of batches of the session that the reader has finished.
     pub(super) batches: u64,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sample_of_the_largest_arm_comes_back() {
+        let mut sample = JointSample::zero(3, 4);
+        let last = MAX_JOINTS - 1;
+        sample.motor_position_rad[last] = 0.5;
+        sample.motor_torque_nm[last] = -2.0;
+        sample.motor_reference_rad[last] = 0.25;
+        sample.has_reference = true;
+        sample.readings.set(Reading::Temperature, last, 40.0);
+        sample.readings.set(Reading::TorqueTarget, 0, 1.0);
+        let back = StreamSample::new(&sample, 7, 8).joint_sample();
+        assert_eq!(back, sample);
+        assert_eq!(back.readings.get(Reading::Temperature, last), Some(400));
+    }
 }

@@ -3,23 +3,22 @@
 use super::inertia::{Inertia, Wrench};
 use super::pose::Pose;
 use super::vector::Vector3;
-use crate::MAX_JOINTS;
 use crate::numeric::Scalar;
 use crate::robot::JointKind;
 
 /// Links from the tip to link j: their composite body, and the wrench for a unit acceleration of
-/// each of their joints alone, in the frame of link j.
-pub(super) struct OuterLinks<T> {
+/// each of their joints alone, in the frame of link j. There is room for `N` joints.
+pub(super) struct OuterLinks<T, const N: usize> {
     body: Option<Inertia<T>>,
-    unit_wrenches: [Wrench<T>; MAX_JOINTS],
+    unit_wrenches: [Wrench<T>; N],
     /// Number of links from the base.
     link_count: usize,
 }
 
-impl<T: Scalar> OuterLinks<T> {
+impl<T: Scalar, const N: usize> OuterLinks<T, N> {
     #[inline(always)]
     pub(super) fn empty() -> Self {
-        Self { body: None, unit_wrenches: [Wrench::zero(); MAX_JOINTS], link_count: 0 }
+        Self { body: None, unit_wrenches: [Wrench::zero(); N], link_count: 0 }
     }
 
     /// Adds link j, the one before the present links.
@@ -28,7 +27,7 @@ impl<T: Scalar> OuterLinks<T> {
         &mut self,
         link: Inertia<T>,
         joint: JointKind,
-        poses: &[Pose<T>; MAX_JOINTS],
+        poses: &[Pose<T>],
         j: usize,
     ) {
         let subtree = match self.body {

@@ -9,6 +9,7 @@ use super::model::Model;
 use super::workspace::Workspace;
 use crate::MAX_JOINTS;
 use crate::numeric::Scalar;
+use crate::sample::FEW_JOINTS;
 
 impl Model {
     /// Computes the joint accelerations q̈ = M⁻¹ (τ − h) \[rad/s² or m/s²\] by factorisation of the
@@ -49,17 +50,24 @@ impl Model {
         self.check_joints(dq);
         self.check_joints(tau);
         self.check_joints(ddq);
+        if self.has_few_joints() {
+            return T::vectorised(
+                #[inline(always)]
+                || self.solve_inward::<T, FEW_JOINTS>(ws, parameters, less, q, dq, tau, ddq),
+            );
+        }
         T::vectorised(
             #[inline(always)]
-            || self.solve_inward(ws, parameters, less, q, dq, tau, ddq),
+            || self.solve_inward::<T, MAX_JOINTS>(ws, parameters, less, q, dq, tau, ddq),
         )
     }
 
     /// Computes the bias of link j, row j of the mass matrix, and its contributions to the
     /// factorisation and to the solution. It is one recursion from the tip to the base. While one
-    /// link waits for a division, the sums of the next link are computed.
+    /// link waits for a division, the sums of the next link are computed. The arm has at most `N`
+    /// joints.
     #[inline(always)]
-    pub(super) fn solve_inward<T: Scalar>(
+    pub(super) fn solve_inward<T: Scalar, const N: usize>(
         &self,
         ws: &mut Workspace<T>,
         parameters: &[T],
@@ -70,19 +78,19 @@ impl Model {
         ddq: &mut [T],
     ) -> Result<(), NotPositiveDefinite> {
         // The bound lets the compiler omit checks.
-        let n = self.joints().min(MAX_JOINTS);
-        let mut friction = self.friction_torques(ws, parameters, dq);
+        let n = self.joints().min(N);
+        let mut friction: [T; N] = self.friction_torques(ws, parameters, dq);
         self.take_off_known(q, &mut friction);
-        self.compute_poses(ws, q);
+        self.compute_poses_up_to::<T, N>(ws, q);
         self.add_load_friction(ws, parameters, [q, dq], &mut friction);
         let links = self.heavy_links(parameters);
         self.compute_motions(ws, links, dq, None);
 
         let Workspace { poses, motions, factor, .. } = ws;
-        let mut outer = OuterLinks::empty();
+        let mut outer = OuterLinks::<T, N>::empty();
         let mut transferred = Wrench::zero();
         for i in (0..n).rev() {
-            let mut row = [T::zero(); MAX_JOINTS];
+            let mut row = [T::zero(); N];
             self.drives.for_each_mass_in_row(i, parameters, |column, value| row[column] += value);
             if let Some(less) = less.get(i) {
                 row[i] -= *less;
@@ -109,7 +117,7 @@ impl Model {
         // D Uᵀ q̈ = y
         for i in 0..n {
             let mut acceleration = ddq[i] * factor.inverse[i];
-            for (row, solved) in factor.unit.iter().zip(&ddq[..i]) {
+            for (row, solved) in factor.unit[..N].iter().zip(&ddq[..i]) {
                 acceleration -= row[i] * *solved;
             }
             ddq[i] = acceleration;

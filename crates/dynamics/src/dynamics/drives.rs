@@ -50,7 +50,7 @@ struct LawTerm {
 }
 
 /// Largest number of signs that are computed together.
-const MAX_SIGNS: usize = MAX_JOINTS;
+const MAX_SIGNS: usize = 8;
 
 /// Terms of all drives, each with the column of its parameter.
 #[derive(Clone, Debug)]

@@ -43,11 +43,11 @@ impl<T: Scalar> MassMatrixFactor<T> {
     /// U_ij D_j = M_ij − Σ_{k>j} U_ik D_k U_jk     D_i = M_ii − Σ_{k>i} U_ik D_k U_ik
     /// ```
     #[inline(always)]
-    pub(super) fn factorise_row(
+    pub(super) fn factorise_row<const N: usize>(
         &mut self,
         n: usize,
         i: usize,
-        row: &mut [T; MAX_JOINTS],
+        row: &mut [T; N],
     ) -> Result<(), NotPositiveDefinite> {
         let Self { unit, inverse } = self;
         // The entries are those of U D; they are divided by D below.

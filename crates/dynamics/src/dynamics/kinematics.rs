@@ -8,21 +8,36 @@ use super::workspace::Workspace;
 use crate::MAX_JOINTS;
 use crate::numeric::Scalar;
 use crate::robot::JointKind;
+use crate::sample::FEW_JOINTS;
 
 impl Model {
     /// Computes the poses of all links.
     #[inline(always)]
     pub(super) fn compute_poses<T: Scalar>(&self, ws: &mut Workspace<T>, q: &[T]) {
-        let mut angles = [T::zero(); MAX_JOINTS];
+        if self.has_few_joints() {
+            self.compute_poses_up_to::<T, FEW_JOINTS>(ws, q);
+        } else {
+            self.compute_poses_up_to::<T, MAX_JOINTS>(ws, q);
+        }
+    }
+
+    /// Does so for an arm with at most `N` joints.
+    #[inline(always)]
+    pub(super) fn compute_poses_up_to<T: Scalar, const N: usize>(
+        &self,
+        ws: &mut Workspace<T>,
+        q: &[T],
+    ) {
+        let mut angles = [T::zero(); N];
         for ((angle, joint), q) in angles.iter_mut().zip(&self.chain).zip(q) {
             if joint.kind == JointKind::Revolute {
                 *angle = *q;
             }
         }
-        let (mut sines, mut cosines) = ([T::zero(); MAX_JOINTS], [T::zero(); MAX_JOINTS]);
-        let n = self.joints().min(MAX_JOINTS);
+        let (mut sines, mut cosines) = ([T::zero(); N], [T::zero(); N]);
+        let n = self.joints().min(N);
         T::sin_cos_each(&angles[..n], &mut sines[..n], &mut cosines[..n]);
-        let poses = ws.poses.iter_mut().zip(&self.chain).zip(q);
+        let poses = ws.poses[..N].iter_mut().zip(&self.chain).zip(q);
         // Arrays are passed by reference, because passing them by value would copy them.
         for (((pose, joint), q), (sin, cos)) in poses.zip(sines.iter().zip(&cosines)) {
             *pose = Pose::new(joint, *q, (*sin, *cos));

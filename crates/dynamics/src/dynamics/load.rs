@@ -84,7 +84,7 @@ impl Model {
         ws: &Workspace<T>,
         parameters: &[T],
         [q, dq]: [&[T]; 2],
-        torques: &mut [T; MAX_JOINTS],
+        torques: &mut [T],
     ) {
         let Some(loads) = self.loads(&ws.poses, Some(parameters), q) else { return };
         self.drives.for_each_load_friction(dq, &loads, |row, column, c| {

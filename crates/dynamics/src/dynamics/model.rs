@@ -3,12 +3,12 @@
 use super::drives::DriveTerms;
 use super::inertia::Inertia;
 use super::regressor_columns::RegressorColumns;
-use crate::MAX_JOINTS;
 use crate::numeric::Scalar;
 use crate::robot::{
     Hysteresis, Joint, JointIndex, KnownTorque, Parameter, ParameterKind, ParameterTable, Robot,
     SignModel,
 };
+use crate::sample::FEW_JOINTS;
 
 /// Source of the load that friction grows with.
 #[derive(Clone, Debug)]
@@ -74,6 +74,12 @@ impl Model {
     /// Returns the number of joints, n.
     pub fn joints(&self) -> usize {
         self.chain.len()
+    }
+
+    /// Returns true if half of the scratch memory is enough for the arm.
+    #[inline(always)]
+    pub(super) fn has_few_joints(&self) -> bool {
+        self.chain.len() <= FEW_JOINTS
     }
 
     /// The joints from base to tip.
@@ -154,7 +160,7 @@ impl Model {
 
     /// Subtracts the known torques, which the drives do not have to produce.
     #[inline(always)]
-    pub(super) fn take_off_known<T: Scalar>(&self, q: &[T], torques: &mut [T; MAX_JOINTS]) {
+    pub(super) fn take_off_known<T: Scalar>(&self, q: &[T], torques: &mut [T]) {
         for ((tables, q), torque) in self.known_torques.iter().zip(q).zip(torques) {
             if let Some(known_value) = tables {
                 *torque -= known_value.torque(*q);
@@ -171,6 +177,7 @@ impl Model {
     }
 
     /// Returns the number of links up to the last one with inertia. Links after it need no torque.
+    #[inline(always)]
     pub(super) fn heavy_links<T: Scalar>(&self, parameters: &[T]) -> usize {
         let has_inertia =
             |first: &usize| parameters[*first..*first + 10].iter().any(|value| !value.is_zero());

@@ -11,6 +11,7 @@ use super::vector::Vector3;
 use super::workspace::Workspace;
 use crate::MAX_JOINTS;
 use crate::robot::JointKind;
+use crate::sample::FEW_JOINTS;
 
 /// A spatial velocity or acceleration: the angular part, and the linear part of the body's point at
 /// the base's origin.
@@ -199,6 +200,34 @@ impl Model {
         &self,
         ws: &Workspace<f64>,
         parameters: &[f64],
+        motion: [&[f64]; 3],
+        by_position: &mut [f64],
+        by_velocity: &mut [f64],
+    ) {
+        if self.has_few_joints() {
+            self.rigid_partials_up_to::<FEW_JOINTS>(
+                ws,
+                parameters,
+                motion,
+                by_position,
+                by_velocity,
+            );
+        } else {
+            self.rigid_partials_up_to::<MAX_JOINTS>(
+                ws,
+                parameters,
+                motion,
+                by_position,
+                by_velocity,
+            );
+        }
+    }
+
+    /// Does so for an arm with at most `N` joints.
+    fn rigid_partials_up_to<const N: usize>(
+        &self,
+        ws: &Workspace<f64>,
+        parameters: &[f64],
         [q, dq, ddq]: [&[f64]; 3],
         by_position: &mut [f64],
         by_velocity: &mut [f64],
@@ -210,8 +239,8 @@ impl Model {
         assert!(by_position.len() == n * n && by_velocity.len() == n * n, "n × n each");
         let mut axes =
             [MovingAxis { axis: Twist::zero(), rate: Twist::zero(), acceleration: Twist::zero() };
-                MAX_JOINTS];
-        let mut links: [Option<MovingBody>; MAX_JOINTS] = [None; MAX_JOINTS];
+                N];
+        let mut links: [Option<MovingBody>; N] = [None; N];
         self.move_in_base(ws, parameters, [dq, ddq], &mut axes, &mut links);
 
         by_position.fill(0.0);
@@ -254,13 +283,13 @@ impl Model {
 
     /// Fills the axes and the links that have inertia, from base to tip:
     /// v_j = v + S_j q̇_j and a_j = a + S_j q̈_j + v × S_j q̇_j.
-    fn move_in_base(
+    fn move_in_base<const N: usize>(
         &self,
         ws: &Workspace<f64>,
         parameters: &[f64],
         [dq, ddq]: [&[f64]; 2],
-        axes: &mut [MovingAxis; MAX_JOINTS],
-        links: &mut [Option<MovingBody>; MAX_JOINTS],
+        axes: &mut [MovingAxis; N],
+        links: &mut [Option<MovingBody>; N],
     ) {
         let [x, y, z] = UNIT_VECTORS;
         let (mut frame, mut origin) = ([x, y, z], Vector3::zero());

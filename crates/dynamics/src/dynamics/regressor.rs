@@ -10,6 +10,7 @@ use super::workspace::Workspace;
 use crate::MAX_JOINTS;
 use crate::numeric::Scalar;
 use crate::robot::JointKind;
+use crate::sample::FEW_JOINTS;
 
 impl Model {
     /// Prepares these columns of the regressor, in this order, each at most once.
@@ -82,6 +83,23 @@ impl Model {
         ddq: &[T],
         out: &mut [T],
     ) {
+        if self.has_few_joints() {
+            self.regressor_up_to::<T, FEW_JOINTS>(ws, columns, loads, [dq, ddq], out);
+        } else {
+            self.regressor_up_to::<T, MAX_JOINTS>(ws, columns, loads, [dq, ddq], out);
+        }
+    }
+
+    /// Does so for an arm with at most `N` joints.
+    #[inline(always)]
+    fn regressor_up_to<T: Scalar, const N: usize>(
+        &self,
+        ws: &mut Workspace<T>,
+        columns: &RegressorColumns,
+        loads: Option<&[T; MAX_JOINTS]>,
+        [dq, ddq]: [&[T]; 2],
+        out: &mut [T],
+    ) {
         self.check_joints(dq);
         self.check_joints(ddq);
         assert_eq!(out.len(), columns.entries.len(), "one number per entry");
@@ -94,7 +112,7 @@ impl Model {
             columns.drives.for_each_entry(|row, column| out[column_index(row, column)] = T::zero());
         }
 
-        let mut axes = [Axis::own_of(JointKind::Revolute); MAX_JOINTS];
+        let mut axes = [Axis::own_of(JointKind::Revolute); N];
         for (l, wanted) in columns.links.iter().enumerate() {
             for axis in &mut axes[..l] {
                 *axis = axis.to_link(&ws.poses[l]);

@@ -42,7 +42,9 @@ fn every_instruction_set_gives_the_same() {
         });
         let (chosen, plain) = (&mut chosen[..n], &mut plain[..n]);
         model.direct_dynamics(&mut ws, &parameters, &q, &dq, &tau, chosen).unwrap();
-        model.solve_inward(&mut ws, &parameters, &[], &q, &dq, &tau, plain).unwrap();
+        model
+            .solve_inward::<_, MAX_JOINTS>(&mut ws, &parameters, &[], &q, &dq, &tau, plain)
+            .unwrap();
         same(chosen, plain);
         model.regressor(&mut ws, &q, &dq, &ddq, &mut chosen_matrix);
         model.compute_poses(&mut ws, &q);

@@ -33,7 +33,7 @@ struct RawRobot {
     #[serde(default)]
     #[schemars(with = "Vec<RawCapsule>")]
     base_capsules: Vec<Spanned<RawCapsule>>,
-    /// The joints, `[[joint]]`, from the base to the flange; 1 to 8.
+    /// The joints, `[[joint]]`, from the base to the flange; 1 to 16.
     ///
     /// Required.
     #[serde(default)]

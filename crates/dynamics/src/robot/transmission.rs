@@ -5,6 +5,7 @@ use nalgebra::DMatrix;
 use thiserror::Error;
 
 use crate::MAX_JOINTS;
+use crate::sample::FEW_JOINTS;
 
 type Matrix = [[f64; MAX_JOINTS]; MAX_JOINTS];
 
@@ -164,14 +165,10 @@ impl Transmission {
     /// parallel.
     fn multiply(&self, transposed: &Matrix, from: &[f64], to: &mut [f64]) {
         self.check_lengths(from, to);
-        let mut product = [0.0; MAX_JOINTS];
-        for (row, x) in transposed.iter().zip(from) {
-            for (sum, m) in product.iter_mut().zip(row) {
-                *sum += m * x;
-            }
-        }
-        for (to, product) in to.iter_mut().zip(product) {
-            *to = product;
+        if self.joints <= FEW_JOINTS {
+            multiply_up_to::<FEW_JOINTS>(transposed, from, to);
+        } else {
+            multiply_up_to::<MAX_JOINTS>(transposed, from, to);
         }
     }
 
@@ -184,6 +181,19 @@ impl MatrixPair {
     fn from_matrix(matrix: Matrix) -> Self {
         let transposed = core::array::from_fn(|i| core::array::from_fn(|j| matrix[j][i]));
         Self { matrix, transposed }
+    }
+}
+
+/// Computes the product for at most `N` joints.
+fn multiply_up_to<const N: usize>(transposed: &Matrix, from: &[f64], to: &mut [f64]) {
+    let mut product = [0.0; N];
+    for (row, x) in transposed.iter().zip(from) {
+        for (sum, m) in product.iter_mut().zip(row) {
+            *sum += m * x;
+        }
+    }
+    for (to, product) in to.iter_mut().zip(product) {
+        *to = product;
     }
 }
 

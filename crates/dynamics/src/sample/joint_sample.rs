@@ -1,7 +1,11 @@
 //! One synchronous sample of every drive of the arm.
 
-/// The largest number of joints an arm can have; scratch memory is sized by it.
-pub const MAX_JOINTS: usize = 8;
+/// The largest number of joints an arm can have; memory is sized by it.
+pub const MAX_JOINTS: usize = 16;
+
+/// The number of joints up to which scratch memory has half the size. Nearly all arms have no more,
+/// and clearing and copying what they do not have would cost them time.
+pub(crate) const FEW_JOINTS: usize = 8;
 
 /// Data of all drives for one bus cycle, in SI units on the motor side.
 ///
@@ -108,7 +112,7 @@ pub struct Readings {
     /// Value of each [`Reading`] and joint, in steps; 0 if there is none.
     pub steps: [[i16; MAX_JOINTS]; Reading::ALL.len()],
     /// For each [`Reading`], one bit for each joint that has one.
-    pub joints: [u8; Reading::ALL.len()],
+    pub joints: [u16; Reading::ALL.len()],
 }
 
 impl Readings {
@@ -167,10 +171,10 @@ mod tests {
     fn a_reading_is_kept_to_a_step_and_what_no_drive_says_is_not() {
         let mut readings = Readings::default();
         readings.set(Reading::Temperature, 2, 41.26);
-        readings.set(Reading::SupplyVoltage, 7, 3276.7);
+        readings.set(Reading::SupplyVoltage, MAX_JOINTS - 1, 3276.7);
         readings.set(Reading::Mode, 0, -1.0);
         assert_eq!(readings.get(Reading::Temperature, 2), Some(413));
-        assert_eq!(readings.get(Reading::SupplyVoltage, 7), Some(32767));
+        assert_eq!(readings.get(Reading::SupplyVoltage, MAX_JOINTS - 1), Some(32767));
         assert_eq!(readings.get(Reading::Mode, 0), Some(-1));
         assert_eq!(readings.get(Reading::Temperature, 1), None);
         let before = readings;

@@ -4,6 +4,7 @@ mod joint_sample;
 mod signal_timing;
 mod signals;
 
+pub(crate) use joint_sample::FEW_JOINTS;
 pub use joint_sample::{JointSample, MAX_JOINTS, Reading, Readings};
 pub use signal_timing::SignalTiming;
 pub use signals::Signals;

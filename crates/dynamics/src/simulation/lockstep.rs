@@ -152,7 +152,7 @@ fn reference_points<R>(
     loops: &[ClosedLoop<R>],
     at: impl Fn(&ClosedLoop<R>) -> ReferencePoint,
 ) -> [ReferencePoint; WIDTH] {
-    let mut references = [ReferencePoint::default(); WIDTH];
+    let mut references = [ReferencePoint::ZERO; WIDTH];
     for (reference, one) in references.iter_mut().zip(loops) {
         *reference = at(one);
     }

@@ -1,6 +1,5 @@
 //! Positions that the encoders report.
 
-use crate::MAX_JOINTS;
 use crate::robot::Transmission;
 
 use super::white_noise::WhiteNoise;
@@ -26,16 +25,13 @@ impl Encoders {
     }
 
     /// Converts true joint positions to reported motor positions and the joint positions from them.
-    pub(super) fn measure(&mut self, joint_rad: &[f64]) -> ([f64; MAX_JOINTS], [f64; MAX_JOINTS]) {
-        let n = joint_rad.len();
-        let (mut motor, mut joint) = ([0.0; MAX_JOINTS], [0.0; MAX_JOINTS]);
-        self.transmission.motor_position(joint_rad, &mut motor[..n]);
-        self.noise.add_to(&mut motor[..n]);
+    pub(super) fn measure(&mut self, true_rad: &[f64], motor: &mut [f64], joint: &mut [f64]) {
+        self.transmission.motor_position(true_rad, motor);
+        self.noise.add_to(motor);
         for (angle, resolution) in motor.iter_mut().zip(&self.resolution_rad) {
             *angle = (*angle / resolution).round() * resolution;
         }
-        self.transmission.joint_position(&motor[..n], &mut joint[..n]);
-        (motor, joint)
+        self.transmission.joint_position(motor, joint);
     }
 
     /// Returns to the noise of the first sample.

@@ -69,7 +69,10 @@ impl<R: Reference> Plant<R> {
         y: &[f64],
         rate: &mut [f64],
     ) -> Result<(), SimulationError> {
-        let reference = self.continuous_reference(time_s);
+        if self.continuous.is_none() {
+            return self.rate_with_reference(&ReferencePoint::ZERO, time_s, y, rate);
+        }
+        let reference = ReferencePoint::from_reference(&self.reference, time_s);
         self.rate_with_reference(&reference, time_s, y, rate)
     }
 
@@ -77,7 +80,7 @@ impl<R: Reference> Plant<R> {
     pub(super) fn continuous_reference(&self, time_s: f64) -> ReferencePoint {
         match self.continuous {
             Some(_) => ReferencePoint::from_reference(&self.reference, time_s),
-            None => ReferencePoint::default(),
+            None => ReferencePoint::ZERO,
         }
     }
 
@@ -142,7 +145,7 @@ impl<R: Reference> Plant<R> {
             controller.evaluate(reference.setpoint(n), q, dq, integral, command, integral_rate);
         }
         for ((torque, command), disturbance) in
-            self.torque.iter_mut().zip(&self.command).zip(&self.disturbance)
+            self.torque[..n].iter_mut().zip(&self.command[..n]).zip(&self.disturbance[..n])
         {
             *torque = command + disturbance;
         }
@@ -152,7 +155,9 @@ impl<R: Reference> Plant<R> {
             *torque -= stribeck.torque(*velocity);
         }
         self.unmodelled_hysteresis.take_off(q, &mut self.torque);
-        self.workspace.set_hysteresis(self.hysteresis.as_ref().map(|own| own.shares(q)));
+        if let Some(own) = &self.hysteresis {
+            self.workspace.set_hysteresis(Some(own.shares(q)));
+        }
         self.add_cogging(q);
         self.add_flexible(q, dq, flexible, flexible_rate);
         // The load friction comes last, because it depends on all other torques.

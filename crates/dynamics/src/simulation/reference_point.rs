@@ -5,7 +5,7 @@ use crate::control::Setpoint;
 use crate::trajectory::Reference;
 
 /// Positions, velocities and accelerations of the reference; zeros beyond the arm's joints.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct ReferencePoint {
     pub(super) position: [f64; MAX_JOINTS],
     velocity: [f64; MAX_JOINTS],
@@ -13,8 +13,14 @@ pub(super) struct ReferencePoint {
 }
 
 impl ReferencePoint {
+    pub(super) const ZERO: Self = Self {
+        position: [0.0; MAX_JOINTS],
+        velocity: [0.0; MAX_JOINTS],
+        acceleration: [0.0; MAX_JOINTS],
+    };
+
     pub(super) fn from_reference<R: Reference>(reference: &R, time_s: f64) -> Self {
-        let mut point = Self::default();
+        let mut point = Self::ZERO;
         let n = reference.joints();
         reference.evaluate(
             time_s,

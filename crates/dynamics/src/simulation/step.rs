@@ -119,14 +119,17 @@ impl<R: Reference> ClosedLoop<R> {
     ) {
         let n = self.plant.joints;
         self.plant.settle(&self.state);
-        let (motor_position_rad, joint_position_rad) = self.encoders.measure(&self.state[..n]);
+        let output = &mut self.output;
+        let joint_position_rad = &mut output.joint_position_rad[..n];
+        let motor_position_rad = &mut output.motor_position_rad[..n];
+        self.encoders.measure(&self.state[..n], motor_position_rad, joint_position_rad);
         let mut command = [0.0; MAX_JOINTS];
         if let Some((controller, hold)) = &mut self.sampled_control {
-            controller.update(reference.setpoint(n), &joint_position_rad[..n], &mut command[..n]);
+            controller.update(reference.setpoint(n), joint_position_rad, &mut command[..n]);
             hold.push(&command);
         }
         if let Some((controller, hold)) = &mut self.command_variation {
-            let error = reference.error(&joint_position_rad[..n]);
+            let error = reference.error(joint_position_rad);
             // A sampled loop has the states q and q̇, so that their derivatives begin with ∂q/∂θ.
             let position = &self.state[2 * n..];
             controller.update(&error[..n], position, &mut self.command_derivatives);
@@ -137,8 +140,6 @@ impl<R: Reference> ClosedLoop<R> {
         let output = &mut self.output;
         output.index = index;
         output.time_s = time_s;
-        output.motor_position_rad = motor_position_rad;
-        output.joint_position_rad = joint_position_rad;
         output.joint_torque_nm = command;
         output.joint_reference_rad = reference.position;
         let transmission = self.encoders.transmission();
@@ -167,7 +168,9 @@ impl<R: Reference> ClosedLoop<R> {
         output.true_velocity_rad_s[..n].copy_from_slice(&dq[..n]);
         output.true_acceleration_rad_s2[..n].copy_from_slice(&self.stages.first_rate()[n..2 * n]);
         output.true_torque_nm = self.plant.torque;
-        output.hysteresis = self.plant.workspace.hysteresis();
+        if self.plant.hysteresis.is_some() {
+            output.hysteresis = self.plant.workspace.hysteresis();
+        }
     }
 
     /// Returns the time of a sample \[s\]. It is a product, so that it does not drift.

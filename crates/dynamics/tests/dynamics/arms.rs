@@ -65,6 +65,11 @@ const KNOWN_TORQUES: [&str; 3] = [
 impl Design {
     pub(crate) fn random(random: &mut Random) -> Self {
         let n = 1 + random.below(8);
+        Self::random_of(random, n)
+    }
+
+    /// A random arm of so many joints.
+    pub(crate) fn random_of(random: &mut Random, n: usize) -> Self {
         let joints = (0..n)
             .map(|_| {
                 let mut angle = || {

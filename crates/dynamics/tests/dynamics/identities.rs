@@ -4,6 +4,7 @@ use super::arms::{
     Design, Motors, Random, difference, inverse, mass_matrix, multiply, physical_parameters,
     random_robots,
 };
+use didim_dynamics::MAX_JOINTS;
 use didim_dynamics::dynamics::{Model, Workspace};
 use didim_dynamics::robot::{FrictionLaw, JointIndex, Parameter, ParameterKind};
 use nalgebra::DMatrix;
@@ -23,6 +24,38 @@ fn regressor_times_parameters_is_the_inverse_dynamics() {
         model.regressor(&mut Workspace::new(), &q, &dq, &ddq, &mut regressor);
         let tau = inverse(&model, &parameters, &q, &dq, &ddq);
         assert!(difference(&multiply(&regressor, &parameters), &tau) < TOLERANCE);
+    }
+}
+
+/// Arms of nine to sixteen joints: the regressor gives the inverse dynamics, as the mass matrix and
+/// the bias do, the direct dynamics take it back, the partials are its derivatives, and positions
+/// come back from the motors.
+#[test]
+fn arms_of_many_joints_obey_the_same_identities() {
+    for seed in 0..40 {
+        let mut random = Random(seed);
+        let n = 9 + random.below(MAX_JOINTS - 8);
+        let robot = Design::random_of(&mut random, n).robot();
+        let (model, mut ws) = (Model::new(&robot), Workspace::new());
+        let parameters = physical_parameters(&mut random, &robot);
+        let (q, dq, ddq) = (random.vector(n, 2.0), random.vector(n, 2.0), random.vector(n, 5.0));
+        let tau = inverse(&model, &parameters, &q, &dq, &ddq);
+        let mut regressor = vec![f64::NAN; n * parameters.len()];
+        model.regressor(&mut ws, &q, &dq, &ddq, &mut regressor);
+        assert!(difference(&multiply(&regressor, &parameters), &tau) < TOLERANCE, "{seed}");
+        let mut bias = vec![f64::NAN; n];
+        model.bias(&mut ws, &parameters, &q, &dq, &mut bias);
+        let inertial = multiply(&mass_matrix(&model, &parameters, &q), &ddq);
+        let sum: Vec<f64> = bias.iter().zip(&inertial).map(|(bias, own)| bias + own).collect();
+        assert!(difference(&sum, &tau) < TOLERANCE, "{seed}");
+        let mut accelerations = vec![f64::NAN; n];
+        model.direct_dynamics(&mut ws, &parameters, &q, &dq, &tau, &mut accelerations).unwrap();
+        assert!(difference(&accelerations, &ddq) < 1e-8, "{seed}: {accelerations:?} for {ddq:?}");
+        check_partials(&model, &parameters, [&q, &dq, &ddq], &format!("{seed}"));
+        let (mut motor, mut joint) = (vec![0.0; n], vec![0.0; n]);
+        robot.transmission().motor_position(&q, &mut motor);
+        robot.transmission().joint_position(&motor, &mut joint);
+        assert!(difference(&joint, &q) < TOLERANCE, "{seed}");
     }
 }
 

@@ -139,16 +139,16 @@ fn transmissions_that_do_not_fit_are_refused() {
 }
 
 #[test]
-fn an_arm_has_1_to_8_joints() {
+fn an_arm_has_1_to_16_joints() {
     let joint = |n: usize| {
         let (head, rest) = TX40.split_once("[[joint]]").unwrap();
         let (_, tail) = rest.split_once("# q_motor").unwrap();
         let joint = rest.split_once("[[joint]]").unwrap().0;
         format!("{head}{}# q_motor{tail}", format!("[[joint]]{joint}").repeat(n))
     };
-    for found in [0, 9] {
+    for found in [0, 17] {
         let error = Robot::from_toml(&joint(found)).unwrap_err();
-        assert_eq!(error, RobotError::JointCount { found, largest: 8 });
+        assert_eq!(error, RobotError::JointCount { found, largest: 16 });
     }
 }
 

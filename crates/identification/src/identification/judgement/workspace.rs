@@ -19,7 +19,8 @@ const MAX_EXAMINED_POSTURES: usize = 128;
 const POSTURES_AT_ONCE: usize = WIDTH;
 
 /// Bases of the low-discrepancy sequence, one per joint.
-const SEQUENCE_BASES: [u32; didim_dynamics::MAX_JOINTS] = [2, 3, 5, 7, 11, 13, 17, 19];
+const SEQUENCE_BASES: [u32; didim_dynamics::MAX_JOINTS] =
+    [2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43, 47, 53];
 
 /// Posture where the mass matrix is not positive definite.
 pub(super) struct Indefinite {
