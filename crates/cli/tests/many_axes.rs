@@ -49,6 +49,14 @@ fn urdf() -> String {
     text + "</robot>\n"
 }
 
+/// Uniform noise by a linear congruential generator.
+fn noise(state: &mut u64, size: f64) -> f64 {
+    *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+    #[expect(clippy::cast_precision_loss, reason = "24 bits")]
+    let unit = (*state >> 40) as f64 / f64::from(1 << 24);
+    size * (2.0 * unit - 1.0)
+}
+
 /// Writes a table of 30 s with noise of 1e-6 in positions and of 0.05 N·m (N) in torques.
 fn record(folder: &Path) {
     fs::write(folder.join("torso.urdf"), urdf()).unwrap();
@@ -59,15 +67,7 @@ fn record(folder: &Path) {
     let standard = robot.nominal().unwrap().standard_parameters();
     let header = |stem: &str| (1..=AXES).fold(String::new(), |to, n| to + &format!(",{stem}{n}"));
     let mut table = format!("time_s{}{}\n", header("position_j"), header("effort_j"));
-    // Uniform noise by a linear congruential generator.
     let mut state = 7_u64;
-    let mut noise = |size: f64| {
-        state =
-            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        #[expect(clippy::cast_precision_loss, reason = "24 bits")]
-        let unit = (state >> 40) as f64 / f64::from(1 << 24);
-        size * (2.0 * unit - 1.0)
-    };
     for k in 0..SAMPLES {
         let t = f64::from(k) / RATE_HZ;
         let [mut q, mut dq, mut ddq, mut tau] = [[0.0; AXES]; 4];
@@ -81,8 +81,8 @@ fn record(folder: &Path) {
         }
         model.inverse_dynamics(&mut workspace, standard, &q, &dq, &ddq, &mut tau);
         write!(table, "{t:.4}").unwrap();
-        q.iter().for_each(|q| write!(table, ",{:.7}", q + noise(1e-6)).unwrap());
-        tau.iter().for_each(|tau| write!(table, ",{:.5}", tau + noise(0.05)).unwrap());
+        q.iter().for_each(|q| write!(table, ",{:.7}", q + noise(&mut state, 1e-6)).unwrap());
+        tau.iter().for_each(|tau| write!(table, ",{:.5}", tau + noise(&mut state, 0.05)).unwrap());
         table.push('\n');
     }
     fs::write(folder.join("run.csv"), table).unwrap();
@@ -153,14 +153,16 @@ fn an_arm_of_seventeen_joints_is_refused_with_its_number() {
             n - 1
         )
     };
-    let write = |joints: usize| {
-        let joints: String = (1..=joints).map(joint).collect();
-        fs::write(&file, format!("<robot name=\"a\"><link name=\"l0\"/>{joints}</robot>")).unwrap();
+    let urdf = |joints: usize| {
+        format!(
+            "<robot name=\"a\"><link name=\"l0\"/>{}</robot>",
+            (1..=joints).map(joint).collect::<String>()
+        )
     };
-    write(16);
+    fs::write(&file, urdf(16)).unwrap();
     let robot = Robot::from_toml(&succeed(&[&"robot", &file, &"--toml"])).unwrap();
     assert_eq!(robot.joints(), 16);
-    write(17);
+    fs::write(&file, urdf(17)).unwrap();
     let refused = didim(&[&"robot", &file]);
     assert_eq!(refused.code, Some(78), "{refused:?}");
     assert!(refused.stderr.contains("17") && refused.stderr.contains("16"), "{refused:?}");
