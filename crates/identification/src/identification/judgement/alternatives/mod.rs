@@ -278,8 +278,8 @@ impl Candidate {
         self.evidence - self.likelihood_gain + of_joints
     }
 
-    /// Returns the likelihood gain with another number; NaN if it cannot be fitted. `before` has the
-    /// squared relative residuals of the configured reading.
+    /// Returns the likelihood gain with another number; NaN if it cannot be fitted. `before` has
+    /// the squared relative residuals of the configured reading.
     fn likelihood_at(
         &self,
         value: f64,
