@@ -24,6 +24,7 @@ pub use recordings::writing_text;
 
 use crate::analysis::screening::{FRICTION_LAWS_REMEDY, LIMITS_REMEDY, open_limits, unlisted_laws};
 use crate::cell::Cell;
+use crate::service::limits::low_limits;
 
 /// Returns the problems of a cell that do not depend on the machine, the worst first.
 pub fn check_cell(cell: &Cell) -> Vec<Finding> {
@@ -62,6 +63,9 @@ pub fn check_machine(cell: &Cell, machine: &Machine) -> Vec<Finding> {
         paths::check(cell, machine, &mut findings);
         recordings::check_disk(cell, &mut findings);
         real_time::check(cell, &mut findings);
+        findings.extend(
+            low_limits().map(|low| Finding::error("service", low.shortage(), low.remedy())),
+        );
     }
     sort_findings(findings)
 }

@@ -56,17 +56,39 @@ pub const NEEDS: [Need; 3] = [
 /// A limit of the process is below the need of the service. Raise it in the systemd unit or the
 /// shell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error(
-    "this process is limited to {limit} {}, and the service needs {}: set {}={} in the systemd \
-     unit, or run `ulimit {} {}`",
-    need.quantity, need.needed, need.settings.0, need.needed, need.settings.1,
-    need.needed / need.ulimit_unit
-)]
+#[error("{}: {}", self.shortage(), self.remedy())]
 pub struct LimitTooLow {
     /// The limit.
     pub limit: u64,
     /// The need.
     pub need: Need,
+}
+
+impl LimitTooLow {
+    /// Returns the limit and the need, as part of a sentence.
+    pub fn shortage(&self) -> String {
+        let Need { quantity, needed, .. } = self.need;
+        format!(
+            "this process is limited to {} {quantity}, and the service needs {needed}",
+            self.limit
+        )
+    }
+
+    /// Returns how the limit is raised, as part of a sentence.
+    pub fn remedy(&self) -> String {
+        let Need { needed, settings: (unit, option), ulimit_unit, .. } = self.need;
+        let shell = needed / ulimit_unit;
+        format!("set {unit}={needed} in the systemd unit, or run `ulimit {option} {shell}`")
+    }
+}
+
+/// Returns the limits that would refuse the start of a service by this process. A soft limit alone
+/// does not, because [`require_limits`] raises it.
+pub fn low_limits() -> impl Iterator<Item = LimitTooLow> {
+    NEEDS.into_iter().filter_map(|need| {
+        let limit = getrlimit(need.resource).maximum.filter(|limit| *limit < need.needed)?;
+        Some(LimitTooLow { limit, need })
+    })
 }
 
 /// Checks the limits of this process. A soft limit below the need is first raised as far as the

@@ -1,7 +1,7 @@
 //! A service that the system gives too little, or interrupts.
 
 use std::fs;
-use std::process::Stdio;
+use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use didim::live::acquire::BusState;
@@ -51,6 +51,22 @@ fn start_below(cell: &Installation, limit: &str) -> Option<String> {
     Some(words)
 }
 
+/// Checks that `didim check` refuses the cell below a limit of `prlimit`, with the sentence of the
+/// refused start.
+fn check_below(cell: &Installation, limit: &str, of_start: &str) {
+    let mut command = Command::new("prlimit");
+    command.args([limit, env!("CARGO_BIN_EXE_didim"), "check", "--json", "--cell"]);
+    let done = command.arg(cell.cell()).output().unwrap();
+    assert_eq!(done.status.code(), Some(2), "{done:?}");
+    let found: serde_json::Value = serde_json::from_slice(&done.stdout).unwrap();
+    let errors =
+        found["findings"].as_array().unwrap().iter().filter(|of| of["severity"] == "error");
+    let said: Vec<String> = errors
+        .map(|of| format!("{}: {}", of["what"].as_str().unwrap(), of["remedy"].as_str().unwrap()))
+        .collect();
+    assert!(said.iter().any(|said| of_start.contains(said)), "{said:?}: {of_start}");
+}
+
 #[test]
 fn a_start_with_few_open_files_names_the_limit() {
     let cell = waiting_cell();
@@ -60,6 +76,9 @@ fn a_start_with_few_open_files_names_the_limit() {
         let words = start_below(&cell, &format!("--nofile={files}:{files}")).unwrap();
         assert!(words.contains(&format!("limited to {files} open files")), "{words}");
         assert!(words.contains(&format!("LimitNOFILE={needed}")), "{words}");
+        if files % 40 == 0 {
+            check_below(&cell, &format!("--nofile={files}:{files}"), &words);
+        }
     }
     assert_eq!(start_below(&cell, &format!("--nofile={needed}:{needed}")), None);
     // A soft limit is raised.
@@ -79,6 +98,9 @@ fn a_start_with_little_memory_names_the_limit() {
             let words = start_below(&cell, &format!("--{option}={bytes}:{bytes}")).unwrap();
             assert!(words.contains(&format!("limited to {bytes} bytes")), "{words}");
             assert!(words.contains(&format!("{setting}={needed}")), "{words}");
+            if bytes + (16 << 20) >= needed {
+                check_below(&cell, &format!("--{option}={bytes}:{bytes}"), &words);
+            }
         }
         assert_eq!(start_below(&cell, &format!("--{option}={needed}:{needed}")), None);
     }
