@@ -24,8 +24,11 @@ impl CycleClock {
     /// Returns the stamp of a cycle \[ns since 1970\] from the capture time of its frame and the
     /// time of the distributed clock.
     pub(super) fn stamp_ns(&mut self, captured_ns: u64, system: Option<(u64, u8)>) -> u64 {
+        // The time of a capture may be that of a clock that was set back.
+        let captured_ns =
+            self.latest_cycle.map_or(captured_ns, |latest| captured_ns.max(latest.captured_ns));
         let stamp_ns = self.latest_cycle.map_or(captured_ns, |latest| {
-            let captured = captured_ns.saturating_sub(latest.captured_ns);
+            let captured = captured_ns - latest.captured_ns;
             let passed = match (latest.system_time, system) {
                 (Some((before, bits)), Some((now, also))) if bits == also => {
                     // A time of 32 bits wraps every 4.3 s. An advance by more than half its range
@@ -60,6 +63,9 @@ mod tests {
         assert_eq!(clock.stamp_ns(5_001_000, Some((9_000_001_000_000, 64))), 5_000_000);
         // The same frame again.
         assert_eq!(clock.stamp_ns(5_001_050, Some((9_000_001_000_000, 64))), 5_000_000);
+        // A capture whose clock was behind for a cycle.
+        assert_eq!(clock.stamp_ns(1, Some((9_000_002_000_000, 64))), 6_000_000);
+        assert_eq!(clock.stamp_ns(7_001_000, Some((9_000_003_000_000, 64))), 7_000_000);
     }
 
     #[test]

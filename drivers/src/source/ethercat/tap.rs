@@ -10,9 +10,7 @@ use crate::clock::HardwareClock;
 use crate::ethercat::ETHERCAT_TYPE;
 use crate::frame::Frame;
 use crate::layout::CompiledLayout;
-use crate::socket::{
-    PACKET_BYTES, ReceiveBuffer, Socket, device_state, monotonic_ns, wait_readable,
-};
+use crate::socket::{PACKET_BYTES, ReceiveBuffer, Socket, clock_pair, device_state, wait_readable};
 use crate::source::listening::{
     DropCounter, Listening, MAX_CALLS, ask_for_stamps_and_drops, realtime_now_ns, receive,
     set_receive_buffer, stamp_ns,
@@ -165,7 +163,7 @@ impl Listening for TapSource {
                 let captured_ns = if self.decoder.has_clock() {
                     // This time is only the starting point of the stamps. The distributed clock
                     // gives the following stamps.
-                    monotonic_ns()
+                    arrival_ns(message.control.software_ns)
                 } else {
                     let stamp = stamp_ns(&message, &mut self.hardware_clock);
                     self.counters.stamped_late += u64::from(stamp.is_none());
@@ -255,6 +253,15 @@ impl core::fmt::Debug for TapSource {
     }
 }
 
+/// Returns the arrival of a packet \[ns, CLOCK_BOOTTIME\] from its stamp on CLOCK_REALTIME. It may
+/// have waited in the socket while the process was stopped or got no processor. A clock that was
+/// set in the meantime makes this time too early, and never later than now.
+fn arrival_ns(stamp_ns: Option<u64>) -> u64 {
+    let now = clock_pair();
+    let age_ns = stamp_ns.map_or(0, |stamp_ns| now.realtime_ns.saturating_sub(stamp_ns));
+    now.monotonic_ns.saturating_sub(age_ns)
+}
+
 /// Creates a socket that receives from the interface. Every option is set before the first packet
 /// can arrive.
 fn open(interface: InterfaceName, wanted_bytes: u32) -> Result<OpenedSocket, EthercatError> {
@@ -324,11 +331,19 @@ reference = { object = "607A:00", unit = "count", valid = "next-sync" }
         let device = device_state(&wire, InterfaceName::new("tap1").unwrap()).unwrap().index;
         wire.bind_packets(device, ETHERCAT_TYPE).unwrap();
         let mut capture = Capture::new(CAPTURE, Path::new("a"));
-        while let Some(packet) = capture.next_packet().unwrap() {
-            wire.send(packet.bytes).unwrap();
-        }
         // Each cycle has a SYNC, inputs and outputs of two drives.
         let (mut frames, mut batch) = (Vec::new(), Vec::with_capacity(7));
+        let mut sent = 0;
+        while let Some(packet) = capture.next_packet().unwrap() {
+            wire.send(packet.bytes).unwrap();
+            sent += 1;
+            if sent == 20 {
+                tap.receive(&mut batch, Duration::from_millis(10)).unwrap();
+                frames.append(&mut batch);
+            }
+        }
+        // A packet that waits in the socket is read late, and keeps its own time.
+        std::thread::sleep(Duration::from_millis(700));
         for _ in 0..1_000 {
             tap.receive(&mut batch, Duration::from_millis(10)).unwrap();
             frames.append(&mut batch);
