@@ -125,6 +125,8 @@ fn another_user_cannot_keep_a_service_from_starting() {
 
     // Before the start, while it runs, and after its end.
     let (mut service, prefix) = start(&runtime);
+    let there = names();
+    assert!(guessed.iter().all(|file| there.contains(file)), "files of others are left alone");
     let begin = Instant::now();
     while begin.elapsed() < Duration::from_secs(3) {
         let output = stranger(ATTACK, &runtime).output().unwrap();

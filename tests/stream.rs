@@ -189,6 +189,13 @@ fn processes_of_a_service_share_a_prefix_and_the_next_start_draws_another() {
         std::fs::write(&file, damaged).unwrap();
         assert!(join().prefix().len() == prefix.len(), "{damaged}");
     }
+    // A process that holds it is waited for, but not for ever.
+    let held = std::fs::File::open(&file).unwrap();
+    rustix::fs::flock(&held, rustix::fs::FlockOperation::LockExclusive).unwrap();
+    let begin = Instant::now();
+    let refused = ServiceNetwork::join(folder.path()).unwrap_err();
+    assert!(refused.to_string().contains(file.to_str().unwrap()), "{refused}");
+    assert!(begin.elapsed() < Duration::from_secs(5), "{:?}", begin.elapsed());
     // A folder in its place is named.
     std::fs::remove_file(&file).unwrap();
     std::fs::create_dir(&file).unwrap();

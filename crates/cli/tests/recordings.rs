@@ -150,6 +150,9 @@ fn a_replay_gives_the_bytes_of_the_live_run(name: &str, changes: &[(&str, &str)]
     assert_eq!(names, ["result-00000000.mcap", "result-00000001.mcap"]);
     for (n, (file, live)) in archived.iter().zip(&live).enumerate() {
         assert_eq!(McapScan::read(file).unwrap().file_end, FileEnd::Finished);
+        // Chunks name their compression.
+        let is_compressed = fs::read(file).unwrap().windows(4).any(|word| word == b"zstd");
+        assert_eq!(is_compressed, cfg!(feature = "parquet"), "{}", file.display());
         let replayed = replay(&cell, file, &format!("replayed-{n}"));
         assert_eq!(replayed, [live.as_str()], "{}", file.display());
         assert_curves_are_of_the_frames(&cell.cell(), file);

@@ -170,3 +170,22 @@ impl ArchiverThread {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_archiver_that_panics_counts_what_waited_and_starts_again() {
+        let shared = SharedArchive::default();
+        lock(&shared.0).waiting = 3;
+        let mut runs = 0;
+        run_guarded(&shared, || {
+            runs += 1;
+            assert!(runs > 1, "on purpose");
+        });
+        let status = shared.snapshot();
+        assert_eq!((runs, status.waiting, status.failed), (2, 0, 1));
+        assert!(status.last_failure.unwrap().contains("panicked"));
+    }
+}

@@ -118,6 +118,11 @@ impl Drop for Socket {
 /// permissions.
 fn make_private(folder: &Path) -> io::Result<()> {
     DirBuilder::new().mode(0o700).create(folder)?;
+    require_private(folder)
+}
+
+/// Removes and refuses an empty folder that other users can enter.
+fn require_private(folder: &Path) -> io::Result<()> {
     let mode = fs::symlink_metadata(folder)?.permissions().mode() & 0o777;
     if mode & 0o077 == 0 {
         return Ok(());
@@ -187,5 +192,10 @@ mod tests {
         make_private(&private).unwrap();
         let mode = fs::metadata(&private).unwrap().permissions().mode() & 0o777;
         assert_eq!(format!("{mode:o}"), "700");
+        // Some file systems give each folder the same permissions.
+        fs::set_permissions(&private, Permissions::from_mode(0o755)).unwrap();
+        let refused = require_private(&private).unwrap_err().to_string();
+        assert!(refused.ends_with("has the permissions 755 instead of 700"), "{refused}");
+        assert!(!private.exists());
     }
 }

@@ -63,12 +63,17 @@ impl Progress {
     /// depends only on this. A restart helps if a thread hangs, but does not help against losses on
     /// the bus, which the health reports.
     pub(super) fn has_progressed(&mut self) -> bool {
+        self.has_progressed_until(monotonic_ns())
+    }
+
+    /// Returns the same at the time `now_ns` \[ns, CLOCK_BOOTTIME\].
+    fn has_progressed_until(&mut self, now_ns: u64) -> bool {
         let iterations = (
             self.acquisition.as_ref().map_or(0, |shared| shared.counts().iterations),
             self.estimation.as_ref().map_or(0, SharedEstimation::iterations),
         );
         // The thread that identifies gives a sign of life even while it computes.
-        let is_stuck = |shared: &SharedEstimation| shared.is_identification_stuck(monotonic_ns());
+        let is_stuck = |shared: &SharedEstimation| shared.is_identification_stuck(now_ns);
         if self.estimation.as_ref().is_some_and(is_stuck) {
             return false;
         }
@@ -150,6 +155,12 @@ mod tests {
         shared.count_identification();
         assert!(!shared.is_identification_stuck(later(60)));
         assert!(shared.is_identification_stuck(later(180)));
+        let mut progress = progress(false, true);
+        for (seconds, fed) in [(60, true), (180, false)] {
+            progress.estimation.as_ref().unwrap().count_identification();
+            turn(&progress, false, true);
+            assert_eq!(progress.has_progressed_until(later(seconds)), fed, "{seconds} s");
+        }
     }
 
     #[test]

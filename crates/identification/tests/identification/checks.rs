@@ -29,8 +29,17 @@ struct Bench {
 
 /// What is logged as the torque of each joint acts later by so many tenths of a sample.
 fn bench_with_delays(seed: u64, tenths: [isize; 3]) -> Bench {
+    bench_of(seed, tenths, &[])
+}
+
+/// The same of an arm that has these values of parameters.
+fn bench_of(seed: u64, tenths: [isize; 3], values: &[(&str, f64)]) -> Bench {
     let mut random = Random(seed);
-    let arm = Arm::random(&mut random, 3);
+    let mut arm = Arm::random(&mut random, 3);
+    for (name, value) in values {
+        let column = arm.robot.parameters().find(name).unwrap();
+        arm.truth[column] = *value;
+    }
     let motion = arm.motion(&mut random, SAMPLES * FINE, RATE_HZ * FINE as f64, 2.0);
     let every_tenth = |signal: &[f64], shift: isize| -> Vec<f64> {
         let last = signal.len() as isize - 1;
@@ -102,6 +111,40 @@ fn a_right_model_passes() {
         }
     }
     assert!(parameters > 800 && covered >= parameters * 97 / 100, "{covered} of {parameters}");
+}
+
+/// Friction of so many standard deviations below zero is a reason from three on.
+#[test]
+fn friction_is_negative_beyond_three_standard_deviations() {
+    let estimate_of = |value: f64| bench_of(0, [0; 3], &[("fv1", value)]).identify();
+    let fv1 = |of: &Estimate| of.parameters.iter().find(|p| p.name == "fv1").unwrap().clone();
+    let at_zero = fv1(&estimate_of(0.0));
+    for (deviations, expected) in [(1.5, false), (4.5, true)] {
+        let value = -at_zero.value - deviations * at_zero.combined_standard_deviation;
+        let estimate = estimate_of(value);
+        let found = estimate.verdict.uses.physical_values.reasons.iter();
+        let is_negative =
+            |of: &Reason| matches!(of, Reason::Negative { name, .. } if name == "fv1");
+        let (value, sigma) = (fv1(&estimate).value, fv1(&estimate).combined_standard_deviation);
+        assert_eq!(found.filter(|of| is_negative(of)).count() == 1, expected, "{}", value / sigma);
+    }
+}
+
+/// A drive inertia that takes the mass matrix below zero: the posture that shows it is one that the
+/// arm can take.
+#[test]
+fn an_indefinite_mass_matrix_is_shown_in_a_posture_of_the_arm() {
+    let bench = bench_of(0, [0; 3], &[("ia2", -5.0)]);
+    let estimate = bench.identify();
+    let reasons = &estimate.verdict.uses.rigid_body.reasons;
+    let posture = reasons.iter().find_map(|reason| match reason {
+        Reason::Indefinite { posture, .. } => Some(posture),
+        _ => None,
+    });
+    let posture = posture.unwrap_or_else(|| panic!("{reasons:?}"));
+    let inside = bench.arm.robot.limits().zip(posture);
+    let outside = inside.filter(|(limit, q)| **q < limit.position_min || **q > limit.position_max);
+    assert_eq!(outside.count(), 0, "{posture:?}");
 }
 
 /// Delays of parts of a sample, later and earlier. The root mean square of 60 deviations has a

@@ -231,3 +231,43 @@ fn text_of(survey: Survey) -> String {
         LoadState::Load | LoadState::Less => mass_text(survey.mass),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::archive::ResultOptions;
+    use crate::window::WindowEnd;
+
+    const LINE: &str = r#"{
+        "schema": 2, "time": "2026-11-29T12:00:00Z", "result": 0, "robot": "tx40",
+        "configuration": "c0ffee", "method": "idim-ls", "applicable": true,
+        "relative_error": 0.05, "parameters": []
+    }"#;
+
+    #[test]
+    fn a_survey_that_panics_is_reported_and_the_next_one_is_tried() {
+        let (folder, shared) = (tempfile::tempdir().unwrap(), SharedEstimation::default());
+        let mut thread = SurveyThread::new(folder.path(), shared.clone());
+        thread.baseline = Some(Baseline::from_result(serde_json::from_str(LINE).unwrap()));
+        let identifier = |find_load| {
+            let options = ResultOptions::default();
+            Identifier::new(Box::new(|_| Err("".into())), Some(find_load), String::new(), options)
+        };
+        let window = Window {
+            number: 0,
+            sample_rate_hz: 500.0,
+            samples: Vec::new(),
+            counted_samples: 0..0,
+            end: WindowEnd::Rest,
+            recording_start: None,
+            note: None,
+        };
+        thread.survey(&window, &identifier(Arc::new(|_, _| panic!("on purpose"))));
+        let why_not = || shared.snapshot().load.unwrap().why_not.unwrap();
+        assert_eq!(why_not(), PANICKED);
+        thread.survey(&window, &identifier(Arc::new(|_, _| Err("too short".into()))));
+        assert_eq!(why_not(), "too short");
+    }
+}
