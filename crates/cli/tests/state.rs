@@ -70,6 +70,33 @@ fn recordings_have_a_history_a_baseline_and_drift_without_a_bus() {
     let lines = fs::read_to_string(state.join("history.jsonl")).unwrap();
     let written = file + lines.lines().nth(1).unwrap().len() as u64;
     assert!(written <= 100_000, "{written} bytes are written for a result");
+    check_for_the_previous_version(&state, &document);
+}
+
+/// Writes the folder for 0.2, which reads results and baselines of schema 1 with the covariance of
+/// the model errors, and one file for the history. This version reads the folder as before.
+fn check_for_the_previous_version(state: &Path, before: &Value) {
+    let read = |name: &str| json(&fs::read_to_string(state.join(name)).unwrap());
+    let keys = |of: &Value| of.as_object().unwrap().keys().cloned().collect::<Vec<_>>();
+    let result = read("result-00000001.json");
+    assert_eq!((&result["schema"], &result["estimate"]["schema"]), (&2.into(), &2.into()));
+    let said = succeed(&[&"state", &"--for", &"0.2", &"--state", &state]);
+    assert!(said.contains("3 files rewritten"), "{said}");
+    for name in ["result-00000000.json", "result-00000001.json"] {
+        let result = read(name);
+        assert_eq!((&result["schema"], &result["estimate"]["schema"]), (&1.into(), &1.into()));
+        let uncertainty = &result["estimate"]["model_uncertainty"];
+        assert!(keys(uncertainty).contains(&"covariance".to_owned()), "{:?}", keys(uncertainty));
+    }
+    assert!(keys(&read("baseline.json")["model_uncertainty"]).contains(&"covariance".to_owned()));
+    let names = fs::read_dir(state).unwrap().map(|file| file.unwrap().file_name());
+    let names: Vec<_> = names.filter(|name| name.to_string_lossy().contains("history")).collect();
+    assert_eq!(names, ["history.jsonl"]);
+    let after = history(&[&"--state", &state]);
+    assert_eq!(after["results"], before["results"]);
+    assert_eq!(after["baseline"]["result"], before["baseline"]["result"]);
+    let refused = didim(&[&"state", &"--for", &"0.1", &"--state", &state]);
+    assert_eq!(refused.code, Some(2), "{}", refused.stderr);
 }
 
 #[test]
