@@ -349,6 +349,14 @@ mod tests {
         assert_eq!(events, expected);
         let lasted = counts["interface-missing"];
         assert_eq!((lasted.count, lasted.lasted_ms), (1, 3_000));
+        let silent = || snapshot(|status| status.bus = BusState::Silent);
+        let (events, _) = watched(&[good(), silent(), silent(), good()]);
+        let of_silence = events.iter().filter(|(kind, ..)| *kind == EventKind::Silence);
+        let expected = [
+            (EventKind::Silence, Phase::Begins, 1, None),
+            (EventKind::Silence, Phase::Ends, 0, Some(2.0)),
+        ];
+        assert!(of_silence.eq(&expected), "{events:?}");
     }
 
     #[test]

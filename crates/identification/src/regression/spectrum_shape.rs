@@ -170,3 +170,24 @@ impl SmoothSpectrum {
         values
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_value_at_zero_is_that_of_the_spectrum() {
+        let phases = [0.0, 0.5, 1.0];
+        let band = PassBand::new(65, phases.into_iter());
+        // The spectrum of x_k = 0.8 x_(k−1) + e_k.
+        let power = |phi: f64| 1.0 / (1.64 - 1.6 * phi.cos());
+        let periodogram: Vec<f64> =
+            (0..65).map(|k| power(core::f64::consts::PI * f64::from(k) / 64.0)).collect();
+        let fitted = SmoothSpectrum::fit(&band, &periodogram, 1e4);
+        let values = fitted.values(&band);
+        assert!((fitted.at_zero() / values[0] - 1.0).abs() < 1e-9, "{}", fitted.at_zero());
+        for (value, phi) in values.iter().zip(phases) {
+            assert!((value / power(phi) - 1.0).abs() < 0.01, "{value} at {phi}");
+        }
+    }
+}

@@ -747,3 +747,16 @@ impl<'de> Deserialize<'de> for Note {
         Ok(Self::Stored(Box::new(Finding::from_sentence(message, Severity::Advisory))))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_uncertain_torque_is_stated_in_per_cent() {
+        let joint = JointIndex::new(1);
+        let reason = Reason::PredictionDeviation { joint, deviation: 0.123, limit: 0.1 };
+        let text = reason.to_string();
+        assert!(text.contains("joint 2 uncertain by 12.3 %, above 10.0 %"), "{text}");
+    }
+}

@@ -477,4 +477,15 @@ mod tests {
         let scaled = Alternative::TorqueScale { motor, factor };
         assert_eq!(corrected(&scaled), (logged.clone(), halved));
     }
+
+    #[test]
+    fn a_swap_of_torques_takes_the_figures_of_its_joints_along() {
+        let motors = [MotorIndex::new(0), MotorIndex::new(2)];
+        for (signal, expected) in
+            [(Signal::Torque, [3, 2, 1]), (Signal::Both, [3, 2, 1]), (Signal::Position, [1, 2, 3])]
+        {
+            let swapped = Alternative::Swapped { motors, signal };
+            assert_eq!(swapped.by_configured_torque(vec![1, 2, 3]), expected);
+        }
+    }
 }

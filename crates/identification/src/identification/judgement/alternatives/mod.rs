@@ -630,3 +630,17 @@ impl DivisorTorques {
         (0..before.len()).filter(falls).collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_search_finds_a_maximum_anywhere_in_its_interval() {
+        for share in [0.05, 0.3, 0.6, 0.95] {
+            let place = 0.1 * 20.0_f64.powf(share);
+            let found = refined([0.1, 2.0], |of| -(of / place).ln().powi(2));
+            assert!((found / place).ln().abs() < 0.05, "{found} instead of {place}");
+        }
+    }
+}
