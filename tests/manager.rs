@@ -82,7 +82,8 @@ impl Write for Blocking {
 }
 
 fn identify() -> Identify {
-    let takes = if ["long-identification", "replay"].contains(&fault().as_str()) { 600 } else { 0 };
+    let long = ["long-identification", "replay", "short-replay"];
+    let takes = if long.contains(&fault().as_str()) { 600 } else { 0 };
     Box::new(move |_| {
         std::thread::sleep(Duration::from_secs(takes));
         Ok(IdentifiedWindow { estimate: Estimate::default() })
@@ -100,10 +101,12 @@ fn child_serves() {
         tracing_subscriber::fmt().with_writer(|| Blocking).init();
     }
     let (sender, bus) = in_process_bus(&[interface()], 4096, WhenFull::Wait);
-    let replays = fault == "replay";
+    let replays = fault.ends_with("replay");
+    // One window, or many.
+    let cycles = if fault == "short-replay" { 450 } else { 120_000 };
     std::thread::spawn(move || {
         let mut due = Instant::now();
-        for (number, mut frame) in frames(120_000, |_| true).into_iter().enumerate() {
+        for (number, mut frame) in frames(cycles, |_| true).into_iter().enumerate() {
             if fault == "unknown" {
                 frame.id = FrameId::Standard(0x7ff);
             }
@@ -249,6 +252,13 @@ fn a_long_start_asks_for_more_time() {
     let (extended, _) = managed.manager.expect(0, "EXTEND_TIMEOUT_USEC=");
     let (ready, _) = managed.manager.expect(0, "READY=1");
     assert!(extended < ready);
+    // The start is no stop of the process. Pauses are looked for ten times a second, and a status
+    // comes every second.
+    std::thread::sleep(Duration::from_secs(2));
+    let status = std::io::read_to_string(managed.socket("status")).unwrap();
+    let status: serde_json::Value = serde_json::from_str(&status).unwrap();
+    assert!(status["process"].is_object(), "{status}");
+    assert_eq!(status["process"]["events"].get("process-stopped"), None, "{status}");
     managed.stops();
 }
 
@@ -275,6 +285,16 @@ fn an_identification_of_minutes_does_not_starve_the_watchdog_nor_hold_up_a_stop(
     is_fed(&mut managed, Duration::from_secs(2));
     // Clients that say nothing, at both sockets, hold nobody up either.
     let _silent = [managed.socket("command"), managed.socket("status")];
+    managed.stops();
+}
+
+#[test]
+fn a_log_that_has_ended_does_not_starve_the_watchdog_while_its_windows_are_identified() {
+    let mut managed = Managed::start("short-replay", Some(Duration::from_secs(2)));
+    managed.manager.expect(0, "READY=1");
+    // The log ends at once.
+    managed.manager.hear(Duration::from_secs(2));
+    is_fed(&mut managed, Duration::from_secs(2));
     managed.stops();
 }
 

@@ -407,12 +407,13 @@ mod tests {
                 (status.counters.link_down, status.counters.clock_steps) = (down, steps);
             })
         }
-        let (events, _) = watched(&[counted(0, 0), counted(2, 0), counted(2, 1)]);
+        let (events, counts) = watched(&[counted(0, 0), counted(2, 0), counted(2, 1)]);
         let expected = [
             (EventKind::InterfaceDown, Phase::Once, 2, None),
             (EventKind::ClockStep, Phase::Once, 1, None),
         ];
         assert_eq!(events, expected);
+        assert_eq!((counts["interface-down"].count, counts["clock-step"].count), (2, 1));
         let (mut watch, now) = (ChangeWatch::default(), Instant::now());
         let duration = Duration::from_millis(3_200);
         let pause = Pause { cause: PauseCause::ProcessStopped, duration };
