@@ -57,7 +57,7 @@ fn check_below(cell: &Installation, limit: &str, of_start: &str) {
     let mut command = Command::new("prlimit");
     command.args([limit, env!("CARGO_BIN_EXE_didim"), "check", "--json", "--cell"]);
     let done = command.arg(cell.cell()).output().unwrap();
-    assert_eq!(done.status.code(), Some(2), "{done:?}");
+    assert_eq!(done.status.code(), Some(78), "{done:?}");
     let found: serde_json::Value = serde_json::from_slice(&done.stdout).unwrap();
     let errors =
         found["findings"].as_array().unwrap().iter().filter(|of| of["severity"] == "error");
