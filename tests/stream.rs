@@ -190,8 +190,8 @@ fn processes_of_a_service_share_a_prefix_and_the_next_start_draws_another() {
         assert!(join().prefix().len() == prefix.len(), "{damaged}");
     }
     // A process that holds it is waited for, but not for ever.
-    let held = std::fs::File::open(&file).unwrap();
-    rustix::fs::flock(&held, rustix::fs::FlockOperation::LockExclusive).unwrap();
+    let locked = std::fs::File::open(&file).unwrap();
+    rustix::fs::flock(&locked, rustix::fs::FlockOperation::LockExclusive).unwrap();
     let begin = Instant::now();
     let refused = ServiceNetwork::join(folder.path()).unwrap_err();
     assert!(refused.to_string().contains(file.to_str().unwrap()), "{refused}");

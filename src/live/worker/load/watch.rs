@@ -238,6 +238,7 @@ mod tests {
 
     use super::*;
     use crate::archive::ResultOptions;
+    use crate::live::worker::configuration::FindLoad;
     use crate::window::WindowEnd;
 
     const LINE: &str = r#"{
@@ -246,15 +247,16 @@ mod tests {
         "relative_error": 0.05, "parameters": []
     }"#;
 
+    fn identifier(find_load: FindLoad) -> Identifier {
+        let options = ResultOptions::default();
+        Identifier::new(Box::new(|_| Err("".into())), Some(find_load), String::new(), options)
+    }
+
     #[test]
     fn a_survey_that_panics_is_reported_and_the_next_one_is_tried() {
         let (folder, shared) = (tempfile::tempdir().unwrap(), SharedEstimation::default());
         let mut thread = SurveyThread::new(folder.path(), shared.clone());
         thread.baseline = Some(Baseline::from_result(serde_json::from_str(LINE).unwrap()));
-        let identifier = |find_load| {
-            let options = ResultOptions::default();
-            Identifier::new(Box::new(|_| Err("".into())), Some(find_load), String::new(), options)
-        };
         let window = Window {
             number: 0,
             sample_rate_hz: 500.0,

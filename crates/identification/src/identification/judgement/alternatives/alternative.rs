@@ -457,25 +457,27 @@ fn joint_row(transmission: &Transmission, joint: JointIndex) -> [f64; MAX_JOINTS
 mod tests {
     use super::*;
 
+    /// Positions and torques of three motors, corrected.
+    fn corrected(of: &Alternative, logged: &DMatrix<f64>) -> [DMatrix<f64>; 2] {
+        let rows = [vec![1.0, 0.0, 0.0], vec![0.0, 1.0, 0.0], vec![0.0, 0.0, 1.0]];
+        let coupling = Transmission::new(3, &rows).unwrap();
+        let (mut positions, mut torques) = (logged.clone(), logged.clone());
+        of.correct_positions(&mut positions, &coupling);
+        of.correct_torques(&mut torques, &coupling);
+        [positions, torques]
+    }
+
     #[test]
     fn another_scale_changes_the_signals_of_its_motor_alone() {
-        let (motor, logged) =
-            (MotorIndex::new(1), DMatrix::from_fn(2, 3, |k, n| 1.0 + (3 * k + n) as f64));
+        let motor = MotorIndex::new(1);
+        let logged = DMatrix::from_fn(2, 3, |k, n| 1.0 + (3 * k + n) as f64);
         let factor = Chosen { value: 0.5, standard_deviation: 0.0 };
         let mut halved = logged.clone();
         halved.column_mut(1).scale_mut(0.5);
-        let rows = [vec![1.0, 0.0, 0.0], vec![0.0, 1.0, 0.0], vec![0.0, 0.0, 1.0]];
-        let coupling = Transmission::new(3, &rows).unwrap();
-        let corrected = |of: &Alternative| {
-            let (mut positions, mut torques) = (logged.clone(), logged.clone());
-            of.correct_positions(&mut positions, &coupling);
-            of.correct_torques(&mut torques, &coupling);
-            (positions, torques)
-        };
         let scaled = Alternative::PositionScale { motor, factor };
-        assert_eq!(corrected(&scaled), (halved.clone(), logged.clone()));
+        assert_eq!(corrected(&scaled, &logged), [halved.clone(), logged.clone()]);
         let scaled = Alternative::TorqueScale { motor, factor };
-        assert_eq!(corrected(&scaled), (logged.clone(), halved));
+        assert_eq!(corrected(&scaled, &logged), [logged, halved]);
     }
 
     #[test]

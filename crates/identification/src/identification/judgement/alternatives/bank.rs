@@ -127,10 +127,10 @@ fn couplings(robot: &Robot, motors: &[MotorIndex]) -> Vec<Group> {
 
 /// Returns the lags that are tried \[s\].
 pub(super) fn lag_times(context: &Context<'_>) -> Vec<f64> {
-    lags_from(SHORTEST_LAG / context.rows_hz())
+    lag_times_from(SHORTEST_LAG / context.rows_hz())
 }
 
-fn lags_from(shortest_s: f64) -> Vec<f64> {
+fn lag_times_from(shortest_s: f64) -> Vec<f64> {
     let longer = |before: &f64| Some(before * LAG_STEP);
     let shorter = core::iter::successors(Some(shortest_s), longer);
     shorter.take_while(|of| *of < LONGEST_LAG_S).chain([LONGEST_LAG_S]).collect()
@@ -161,8 +161,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lags_are_dense_and_reach_the_longest() {
-        let lags = lags_from(0.001);
+    fn lag_times_are_dense_and_reach_the_longest() {
+        let lags = lag_times_from(0.001);
         assert_eq!((lags[0], lags[lags.len() - 1]), (0.001, LONGEST_LAG_S));
         let is_dense = |pair: &[f64]| pair[1] > pair[0] && pair[1] <= LAG_STEP * pair[0];
         assert!(lags.windows(2).all(is_dense), "{lags:?}");
