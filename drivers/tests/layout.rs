@@ -355,7 +355,7 @@ fn what_does_not_fit_is_named() {
             spec.replace("TPDO1_{axis}.P", "TPDO1_1.P"),
             "does a pattern lack `{axis}`",
         ),
-        (dbc.to_owned(), spec.replace("axes = 6", "axes = 9"), "`axes`: 9"),
+        (dbc.to_owned(), spec.replace("axes = 6", "axes = 17"), "`axes`: 17"),
         (dbc.to_owned(), spec.replace("axes = 6", "axes = 7"), "no message `TPDO1_7`"),
         (dbc.to_owned(), spec.replace("rate_hz = 250.0", "rate_hz = 0.0"), "`rate_hz`: 0 Hz"),
         (dbc.to_owned(), spec.replace("rate_hz = 250.0", ""), "either `period_us` or `rate_hz`"),

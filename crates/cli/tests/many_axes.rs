@@ -12,8 +12,11 @@ use crate::program::{didim, json, succeed};
 const AXES: usize = 12;
 const RATE_HZ: f64 = 200.0;
 const SAMPLES: u32 = 6000;
+
 /// Prismatic or revolute, axis, origin \[m\], mass \[kg\], viscous and Coulomb friction.
-const JOINTS: [(&str, [i32; 3], [f64; 3], f64, [f64; 2]); AXES] = [
+type JointRow = (&'static str, [i32; 3], [f64; 3], f64, [f64; 2]);
+
+const JOINTS: [JointRow; AXES] = [
     ("prismatic", [1, 0, 0], [0.0, 0.0, 0.1], 40.0, [60.0, 40.0]),
     ("prismatic", [0, 0, 1], [0.0, 0.1, 0.3], 25.0, [50.0, 30.0]),
     ("revolute", [0, 0, 1], [0.1, 0.0, 0.2], 15.0, [6.0, 4.0]),

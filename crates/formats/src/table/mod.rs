@@ -472,7 +472,7 @@ mod tests {
             (format!("{HEADER}0,1,2\n0.1,1\n"), "line 3"),
             ("time_s,joint_position_deg_1\n".into(), "`joint_position_deg_1` is not known"),
             ("0.000,0.1,-2.5\n0.004,0.1,-2.4\n".into(), "Put a header before it"),
-            ("joint_position_rad_9,time_s\n".into(), "`joint_position_rad_9` is not known"),
+            ("joint_position_rad_17,time_s\n".into(), "`joint_position_rad_17` is not known"),
             ("time_s,joint_position_rad_1\n".into(), "`joint_torque_nm_1` is missing"),
             ("motor_position_rad_1,joint_torque_nm_1\n".into(), "mixes motor_ and joint_"),
             (format!("{HEADER}0,1,2\n"), "fewer than two"),

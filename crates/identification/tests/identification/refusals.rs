@@ -58,8 +58,8 @@ fn signals_that_are_no_experiment_are_refused() {
     assert_eq!(refused(&|s| s.position_rad = vec![vec![]; 3]), ExperimentError::Empty);
     assert!(matches!(refused(&|s| s.position_rad.clear()), ExperimentError::Axes { axes: 0, .. }));
     assert!(matches!(
-        refused(&|s| s.position_rad = vec![vec![0.0]; 9]),
-        ExperimentError::Axes { axes: 9, expected: 8, .. }
+        refused(&|s| s.position_rad = vec![vec![0.0]; 17]),
+        ExperimentError::Axes { axes: 17, expected: 16, .. }
     ));
     // Finite at the motor, infinite at the joint.
     let mut signals = good.clone();

@@ -332,7 +332,7 @@ reference = { object = "607A:00", unit = "count", valid = "next-sync" }
         wire.bind_packets(device, ETHERCAT_TYPE).unwrap();
         let mut capture = Capture::new(CAPTURE, Path::new("a"));
         // The kernel begins to stamp packets a moment after the first socket asks for it.
-        std::thread::sleep(Duration::from_millis(200));
+        std::thread::sleep(Duration::from_millis(1_000));
         // Each cycle has a SYNC, inputs and outputs of two drives.
         let (mut frames, mut batch) = (Vec::new(), Vec::with_capacity(7));
         let mut sent = 0;

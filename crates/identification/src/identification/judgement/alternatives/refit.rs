@@ -38,7 +38,7 @@ impl Inspected {
         let needed_hz = context.rows_hz().max(2.0 * options.position_filter.cutoff_hz);
         let factor = options.decimation_filter.factor;
         let is_enough = |count: &usize| {
-            factor % count == 0 && rate_hz / *count as f64 >= OVERSAMPLING * needed_hz
+            factor.is_multiple_of(*count) && rate_hz / *count as f64 >= OVERSAMPLING * needed_hz
         };
         let count = (1..=factor).rev().find(is_enough).unwrap_or(1);
         options.decimation_filter.factor = factor / count;

@@ -341,8 +341,8 @@ fn commands(
                 controller: ContinuousController::new(config).map_err(setup)?,
                 velocity: velocity(context, &of.samples)?,
                 period_s: 1.0 / rate_hz,
-                integral: [0.0; MAX_JOINTS],
-                rate: [0.0; MAX_JOINTS],
+                integral: Box::new([0.0; MAX_JOINTS]),
+                rate: Box::new([0.0; MAX_JOINTS]),
             },
         };
         let [mut position, mut speed, mut acceleration, mut measured, mut torque, mut behind] =
@@ -398,9 +398,9 @@ enum Law {
         controller: ContinuousController,
         velocity: DMatrix<f64>,
         period_s: f64,
-        integral: [f64; MAX_JOINTS],
+        integral: Box<[f64; MAX_JOINTS]>,
         /// Of the integrals, at the sample before.
-        rate: [f64; MAX_JOINTS],
+        rate: Box<[f64; MAX_JOINTS]>,
     },
 }
 
@@ -410,7 +410,7 @@ impl Law {
         match self {
             Self::Sampled(controller) => controller.update(setpoint, measured, torque),
             Self::Continuous { controller, velocity, period_s, integral, rate } => {
-                let (n, before) = (measured.len(), *rate);
+                let (n, before) = (measured.len(), **rate);
                 let mut speed = [0.0; MAX_JOINTS];
                 for (to, from) in speed.iter_mut().zip(velocity.row(k).iter()) {
                     *to = *from;
@@ -422,7 +422,7 @@ impl Law {
                 if k > 0 {
                     // By the trapezoidal rule.
                     for (integral, (before, after)) in
-                        integral.iter_mut().zip(before.iter().zip(&*rate))
+                        integral.iter_mut().zip(before.iter().zip(rate.iter()))
                     {
                         *integral += 0.5 * *period_s * (before + after);
                     }
