@@ -25,7 +25,7 @@ pub use alternative::{Alternative, Chosen, Lag, Signal};
 use nalgebra::DVector;
 
 use self::bank::{Group, bank, lag_times};
-use self::refit::{Inspected, JointResidual, Refit, Solved};
+use self::refit::{Inspected, JointResidual, Refit, Solved, context_of};
 use self::screen::Screen;
 use crate::identification::problem::{Context, Experiment};
 use crate::regression::{ResidualAnalysis, RowFilter};
@@ -84,7 +84,10 @@ impl FoundAlternatives {
         }
         let inspected = Inspected::new(context);
         // A reading that cannot be fitted has no residual to explain.
-        let Some(configured) = inspected.refit(context) else { return Self::default() };
+        let own = inspected.context(context);
+        let Some(configured) = own.and_then(|own| Refit::new(own, None)) else {
+            return Self::default();
+        };
         let mut found = Self::default();
         explain(&configured, &inspected.samples, &mut found);
         if let Some(last) = &mut found.parameter_change {
@@ -98,7 +101,7 @@ impl FoundAlternatives {
 /// be fitted.
 pub(super) fn better_sign(context: &Context<'_>, joint: JointIndex) -> Option<Signal> {
     let inspected = Inspected::new(context);
-    let context = &inspected.refit(context)?.context;
+    let context = &inspected.context(context)?;
     let motor = MotorIndex::new(joint.position());
     let inverted = |signal| Alternative::OppositeSign { motor, signal };
     let residual = |signal| {
@@ -149,7 +152,7 @@ fn explaining_coupling(
         return None;
     }
     let inspected = Inspected::new(context);
-    let configured = inspected.refit(context)?;
+    let configured = Refit::new(inspected.context(context)?, None)?;
     let (context, before) = (&configured.context, relative_squares(&configured));
     let explaining = |alternative: Alternative| {
         let Alternative::Coupling { motor, joint, .. } = alternative else { return None };
@@ -207,7 +210,8 @@ impl Reading {
     ) -> Option<Refit<'r>> {
         let robot = self.robot.as_ref().unwrap_or(context.robot);
         let base = self.base.as_ref().unwrap_or(context.base);
-        Refit::new((robot, base), &self.signals, context.options, &self.model, same_motion)
+        let own = context_of((robot, base), &self.signals, context.options, &self.model)?;
+        Refit::new(own, same_motion)
     }
 }
 

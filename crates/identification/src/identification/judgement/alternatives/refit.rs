@@ -46,11 +46,25 @@ impl Inspected {
         Self { samples, options }
     }
 
-    /// Solves with these samples as they are configured.
-    pub(super) fn refit<'c>(&'c self, context: &Context<'c>) -> Option<Refit<'c>> {
+    /// Returns the context of these samples, with everything else as it is configured.
+    pub(super) fn context<'c>(&'c self, context: &Context<'c>) -> Option<Context<'c>> {
         let Context { robot, base, model, .. } = context;
-        Refit::new((robot, base), &self.samples, &self.options, model, None)
+        context_of((robot, base), &self.samples, &self.options, model)
     }
+}
+
+/// Returns the context of samples for an arm with this model and its base parameters. `None` if
+/// they permit no identification.
+pub(super) fn context_of<'a>(
+    (robot, base): (&'a Robot, &'a BaseParameters),
+    samples: &'a Experiment,
+    options: &'a Options,
+    model: &Model,
+) -> Option<Context<'a>> {
+    let mut context = Context::new(robot, base, samples, options, Method::IdimLs).ok()?;
+    // Load-dependent friction keeps the same loads.
+    context.model = model.clone();
+    Some(context)
 }
 
 /// Residual of a joint.
@@ -155,25 +169,16 @@ impl Solved {
 }
 
 impl<'a> Refit<'a> {
-    /// Solves with other signals, for an arm with this model and its base parameters. `same_motion`
-    /// is a solution with the same motion and model, if there is one. `None` if there is no
-    /// solution.
-    pub(super) fn new(
-        (robot, base): (&'a Robot, &'a BaseParameters),
-        experiment: &'a Experiment,
-        options: &'a Options,
-        model: &Model,
-        same_motion: Option<&Refit<'_>>,
-    ) -> Option<Self> {
-        let mut context = Context::new(robot, base, experiment, options, Method::IdimLs).ok()?;
-        // Load-dependent friction keeps the same loads.
-        context.model = model.clone();
+    /// Solves with the samples of a context. `same_motion` is a solution with the same motion and
+    /// model, if there is one. `None` if there is no solution.
+    pub(super) fn new(context: Context<'a>, same_motion: Option<&Refit<'_>>) -> Option<Self> {
         let (motion, matrix, normal) = match same_motion {
             Some(Refit { motion, solved: of, .. }) => {
                 (motion.clone(), of.equation.matrix().clone(), of.normal.clone())
             }
             None => {
-                let motion = filtered_motion(robot, experiment, &options.position_filter).ok()?;
+                let filter = &context.options.position_filter;
+                let motion = filtered_motion(context.robot, context.experiment, filter).ok()?;
                 let matrix = fitted_matrix(&context, &motion).ok()?;
                 let normal = NormalEquations::new(&matrix, ROUNDING);
                 (motion, matrix, normal)
@@ -190,7 +195,7 @@ impl<'a> Refit<'a> {
                 .has_torque(joint)
                 .then(|| JointResidual { relative_error: errors[joint], torque: torques[joint] })
         };
-        let joints = (0..robot.joints()).map(residual).collect();
+        let joints = (0..context.robot.joints()).map(residual).collect();
         Some(Self { context, motion, torque, joints, solved })
     }
 }
