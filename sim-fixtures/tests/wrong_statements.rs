@@ -5,8 +5,8 @@ use didim_dynamics::dynamics::{BaseParameters, Model};
 use didim_dynamics::robot::{JointIndex, MotorIndex, Robot};
 use didim_dynamics::{SignalTiming, Signals};
 use didim_identification::identification::{
-    Estimate, Experiment, Finding, FindingCode, Method, Note, NuisanceParameter, Options, Reason,
-    Severity, Signal, Start, Subject, identify,
+    Alternative, Change, Estimate, Experiment, Finding, FindingCode, Method, Note,
+    NuisanceParameter, Options, Reason, Severity, Signal, Start, Subject, identify,
 };
 use didim_sim::{Scenario, tx40_paper};
 
@@ -287,6 +287,76 @@ fn gravity_from_another_side_is_reported_with_its_direction() {
         let message = found.map(|finding| finding.message).unwrap_or_default();
         assert!(message.contains("[0.00, 0.00, -9.81]"), "{other}: {:?}", estimate.verdict);
     }
+}
+
+/// The direction that the finding states is that of the arm, within its uncertainty.
+#[test]
+fn a_base_that_leans_is_reported_with_its_direction() {
+    const GRAVITY_M_S2: f64 = 9.81;
+    for (angle_deg, about) in [(15.0_f64, 0), (25.0, 1), (50.0, 0)] {
+        let (sin, cos) = angle_deg.to_radians().sin_cos();
+        let [across, along] = [GRAVITY_M_S2 * sin, -GRAVITY_M_S2 * cos];
+        let stated = if about == 0 { [0.0, across, along] } else { [across, 0.0, along] };
+        let other = format!("gravity_m_s2 = {stated:?}");
+        let estimate = with_row(ON_THE_FLOOR, &other, Method::IdimLs);
+        let first = &estimate.verdict.findings()[0];
+        assert_eq!(
+            first.code,
+            FindingCode::GravityDirection,
+            "{angle_deg}: {:?}",
+            estimate.verdict
+        );
+        let explanations = &estimate.verdict.uses.physical_values.explanations;
+        let leaning = explanations.iter().find_map(|reason| match reason {
+            Reason::Alternative { found: Alternative::Leaning(lean), .. } => Some(lean),
+            _ => None,
+        });
+        let angle_rad = leaning.unwrap().angle_rad;
+        let deviations =
+            (angle_rad.value - angle_deg.to_radians()).abs() / angle_rad.standard_deviation;
+        assert!(deviations < 4.0 && angle_rad.standard_deviation < 0.03, "{angle_rad:?}");
+        let Some(Change::Gravity { gravity_m_s2: [x, y, z], .. }) = explanations[0].change() else {
+            panic!("{explanations:?}");
+        };
+        assert!(x.hypot(y) < 0.03 * GRAVITY_M_S2 && z < 0.0, "{angle_deg}: {x} {y} {z}");
+    }
+}
+
+#[test]
+fn absolute_values_of_torque_are_reported_alone() {
+    let scenario = tx40_paper().unwrap();
+    let estimate = identified(&scenario, |signals| {
+        signals.torque_nm.iter_mut().flatten().for_each(|torque| *torque = torque.abs());
+    });
+    let findings = estimate.verdict.findings();
+    assert_eq!(findings[0].code, FindingCode::UnsignedTorque, "{findings:?}");
+    let causes = findings.iter().filter(|of| of.severity == Severity::Explanatory);
+    assert_eq!(causes.map(|of| of.code).collect::<Vec<_>>(), []);
+    assert!(!findings.iter().any(|of| of.code == FindingCode::WrongSignsOfJoint), "{findings:?}");
+    assert!(!estimate.verdict.applicable);
+    // One torque with a sign shows that the logger keeps signs.
+    let estimate = identified(&scenario, |signals| {
+        signals.torque_nm[3].iter_mut().for_each(|torque| *torque = torque.abs());
+    });
+    let findings = estimate.verdict.findings();
+    assert!(!findings.iter().any(|of| of.code == FindingCode::UnsignedTorque), "{findings:?}");
+}
+
+/// A lag of 10 ms is a quarter of the time between the rows of many cells.
+#[test]
+fn torques_that_are_all_late_are_reported_with_their_delay() {
+    let scenario = tx40_paper().unwrap();
+    let period_s = scenario.controller().timing.sample_period_s();
+    let late = (0.01 / period_s).round() as usize;
+    let estimate = identified(&scenario, |signals| {
+        for torque in &mut signals.torque_nm {
+            torque.rotate_right(late);
+        }
+    });
+    let found =
+        estimate.verdict.findings().into_iter().find(|of| of.code == FindingCode::LateSignal);
+    let figure_s = found.and_then(|finding| finding.figure).unwrap_or_default();
+    assert!((figure_s / 0.01 - 1.0).abs() < 0.1, "{figure_s} s: {:?}", estimate.verdict);
 }
 
 /// The condition number alone would say nothing of it where the motor of joint 6 turns with joint

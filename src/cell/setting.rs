@@ -98,11 +98,16 @@ impl Cell {
     fn setting_of_source(&self, source: SignalSource, change: &Change) -> Option<Setting> {
         let file: CellFile = toml::from_str(&self.configuration.cell).ok()?;
         match *change {
-            Change::Gravity { gravity_m_s2 } => return self.gravity_setting(gravity_m_s2),
+            Change::Gravity { gravity_m_s2, standard_deviation_m_s2 } => {
+                return self.gravity_setting(gravity_m_s2, standard_deviation_m_s2);
+            }
             Change::Exclude { term } => return self.excludes_setting(term),
             Change::DriveInertia { joint } => return self.drive_inertia_setting(joint),
             Change::Coupling { motor, joint, entry, standard_deviation } => {
                 return self.coupling_setting(&file, motor, joint, [entry, standard_deviation]);
+            }
+            Change::KnownTorque { joint, factor, standard_deviation } => {
+                return self.known_torque_setting(joint, [factor, standard_deviation]);
             }
             Change::Geometry { joint, key, offset, standard_deviation } => {
                 return self.geometry_setting(joint, key, [offset, standard_deviation]);
@@ -136,16 +141,32 @@ impl Cell {
     }
 
     /// Returns the key of the gravity in a robot file, or in the section of a URDF.
-    fn gravity_setting(&self, gravity_m_s2: [f64; 3]) -> Option<Setting> {
-        if let Some(arm) = &self.urdf {
-            let [value, configured] = [gravity_m_s2, self.robot.gravity_m_s2()]
-                .map(|gravity| arm.vector_in_base_link(gravity));
-            let explanation = format!("configured {configured:?}");
-            let value = SettingValue::List(value.to_vec());
+    fn gravity_setting(
+        &self,
+        gravity_m_s2: [f64; 3],
+        standard_deviation_m_s2: f64,
+    ) -> Option<Setting> {
+        let configured = self.robot.gravity_m_s2();
+        let [value, configured] = match &self.urdf {
+            Some(arm) => [gravity_m_s2, configured].map(|of| arm.vector_in_base_link(of)),
+            None => [gravity_m_s2, configured],
+        };
+        let rounded = |value: f64| match standard_deviation_m_s2 > 0.0 {
+            // No minus before 0.
+            true => to_uncertainty(value, standard_deviation_m_s2, MAX_DIGITS)
+                .parse()
+                .map_or(value, |of: f64| of + 0.0),
+            false => value,
+        };
+        let mut explanation = format!("configured {configured:?}");
+        if standard_deviation_m_s2 > 0.0 {
+            let deviation = to_uncertainty(standard_deviation_m_s2, standard_deviation_m_s2, 2);
+            explanation += &format!("; data ± {deviation}");
+        }
+        let value = SettingValue::List(value.map(rounded).to_vec());
+        if self.urdf.is_some() {
             return Some(self.setting_of("urdf.gravity_m_s2".to_owned(), value, explanation));
         }
-        let explanation = format!("configured {:?}", self.robot.gravity_m_s2());
-        let value = SettingValue::List(gravity_m_s2.to_vec());
         self.robot_setting("gravity_m_s2".to_owned(), value, explanation)
     }
 
@@ -201,6 +222,27 @@ impl Cell {
         let mut rows = transmission.rows();
         rows[motor.position()][joint.position()] = correction.rounded();
         Some(self.setting_of(key, SettingValue::Rows(rows), explanation))
+    }
+
+    /// Returns the key of the factor of a known torque, in a robot file or for a joint of a URDF.
+    fn known_torque_setting(
+        &self,
+        joint: JointIndex,
+        [factor, standard_deviation]: [f64; 2],
+    ) -> Option<Setting> {
+        let configured = self.robot.known_torques()[joint.position()].as_ref()?.factor();
+        let correction = Correction {
+            configured,
+            value: configured * factor,
+            standard_deviation: configured.abs() * standard_deviation,
+        };
+        let explanation = self.axis_text(SignalAxis::Joint(joint), &correction);
+        let value = correction.value();
+        if self.urdf.is_some() {
+            let key = format!("urdf.joints.{}.known_torque.factor", self.robot.joint_name(joint)?);
+            return Some(self.setting_of(key, value, explanation));
+        }
+        self.robot_setting(format!("joint[{joint}].known_torque.factor"), value, explanation)
     }
 
     /// Returns the key of a length or angle of a joint in a robot file. A URDF has its own

@@ -33,6 +33,7 @@ pub(super) fn short_text(finding: &Finding, robot: &Robot) -> String {
         Code::WrongSignsOfJoint => format!("torque or position of {of} has the wrong sign"),
         Code::OtherUnit => format!("torque of {of} is {figure} times its limit"),
         Code::ConstantTorque => format!("torque of {of} is constant"),
+        Code::UnsignedTorque => format!("torques of {of} have no sign"),
         Code::ClippedTorque => format!("torque of {of} looks clipped"),
         Code::FrozenPosition => format!("position of {of} freezes"),
         Code::OppositeSignal => format!("sign of torque or position of {of}"),

@@ -260,6 +260,7 @@ fn every_change_has_a_key_in_every_kind_of_cell() {
     let [factor, standard_deviation, offset] = [1.1, 0.01, 0.2];
     let delay =
         |axis, signal| Change::Delay { axis, signal, delay_s: -2e-3, standard_deviation_s: 1e-4 };
+    let gravity = Change::Gravity { gravity_m_s2: [0.0, 0.0, 9.81], standard_deviation_m_s2: 0.0 };
     let of_signals = [
         (Change::TorqueScale { axis: None, factor, standard_deviation }, true),
         (Change::TorqueScale { axis: Some(axis), factor, standard_deviation }, true),
@@ -268,7 +269,7 @@ fn every_change_has_a_key_in_every_kind_of_cell() {
         (delay(Some(axis), Signal::Position), true),
         (Change::Sign { axis, signal: Signal::Torque }, true),
         (Change::Exclude { term: TorqueTerm::Gravity }, true),
-        (Change::Gravity { gravity_m_s2: [0.0, 0.0, 9.81] }, true),
+        (gravity, true),
         (Change::DriveInertia { joint }, true),
         (
             Change::Coupling { motor, joint: JointIndex::new(0), entry: 0.5, standard_deviation },
@@ -417,4 +418,18 @@ fn the_mounting_of_a_urdf_gets_the_gravity_that_the_data_ask_for() {
     let error = |of: &Value| of["relative_error"].as_f64().unwrap();
     assert!((error(&corrected) - error(&upright)).abs() < 1e-9);
     assert!(error(&corrected) < 0.01 && error(&wrong) > 0.1);
+}
+
+/// A spring that pulls with 80 % of what the cell says.
+#[test]
+fn a_known_torque_gets_the_factor_that_the_data_ask_for() {
+    let stiffness = 20.0;
+    let sprung = two_link_table(|_, row| row[4] -= 0.8 * stiffness * row[2]);
+    let [cell, log] = ["cell.toml", "log.csv"].map(|name| sprung.path().join(name));
+    let largest = stiffness * core::f64::consts::PI;
+    let spring = format!(
+        "joints.elbow.known_torque = {{ position_deg = [-180, 180], torque_nm = [-{largest}, {largest}] }}\n"
+    );
+    fs::write(&cell, two_link_cell(&spring, "")).unwrap();
+    assert_corrected(&cell, &log, "known-torque", "urdf.joints.elbow.known_torque.factor", 0.8);
 }

@@ -9,7 +9,15 @@ use crate::numeric::Scalar;
 /// A torque that acts on a joint in addition to gravity and the drive, positive along the joint's
 /// positive direction.
 #[derive(Clone, Debug, PartialEq)]
-pub enum KnownTorque {
+pub struct KnownTorque {
+    /// Factor of the law \[1\].
+    factor: f64,
+    law: Law,
+}
+
+/// Law of a known torque over the position of its joint.
+#[derive(Clone, Debug, PartialEq)]
+enum Law {
     /// Linear between points \[(rad, N·m) or (m, N)\], in the order of the positions.
     Table(Vec<[f64; 2]>),
     /// A cylinder or spring between the link and the part that carries the joint.
@@ -109,9 +117,26 @@ impl Counterbalance {
 }
 
 impl KnownTorque {
+    /// Returns the factor of the configured law \[1\].
+    pub fn factor(&self) -> f64 {
+        self.factor
+    }
+
     /// Returns the torque at a position \[N·m at rad, or N at m\] and its derivative. Beyond the
     /// points of a table it is the torque of the nearest point.
     pub fn torque_and_slope(&self, position: f64) -> [f64; 2] {
+        self.law.torque_and_slope(position).map(|of| self.factor * of)
+    }
+
+    /// Returns the torque at one position, or at several in parallel.
+    #[inline(always)]
+    pub(crate) fn torque<T: Scalar>(&self, position: T) -> T {
+        position.apply(|position| self.torque_and_slope(position))
+    }
+}
+
+impl Law {
+    fn torque_and_slope(&self, position: f64) -> [f64; 2] {
         match self {
             Self::Counterbalance(own) => own.torque_and_slope(position),
             Self::Table(points) => {
@@ -126,12 +151,6 @@ impl KnownTorque {
                 }
             }
         }
-    }
-
-    /// Returns the torque at one position, or at several in parallel.
-    #[inline(always)]
-    pub(crate) fn torque<T: Scalar>(&self, position: T) -> T {
-        position.apply(|position| self.torque_and_slope(position))
     }
 }
 
@@ -163,6 +182,13 @@ pub(super) struct RawKnownTorque {
     ///
     /// Required without `position_deg` and `torque_nm`.
     counterbalance: Option<Counterbalance>,
+    /// Factor of all of it \[1\].
+    #[serde(default = "one")]
+    factor: f64,
+}
+
+fn one() -> f64 {
+    1.0
 }
 
 impl RawKnownTorque {
@@ -171,11 +197,19 @@ impl RawKnownTorque {
     /// # Errors
     /// The fault, in words.
     pub(super) fn of_joint(&self, kind: JointKind, limits: &Limits) -> Result<KnownTorque, String> {
-        let Self { position_deg, torque_nm, position_m, force_n, counterbalance } = self;
+        let factor = self.factor;
+        if !factor.is_finite() {
+            return Err(format!("`factor` is {factor}; give a finite number"));
+        }
+        Ok(KnownTorque { factor, law: self.law(kind, limits)? })
+    }
+
+    fn law(&self, kind: JointKind, limits: &Limits) -> Result<Law, String> {
+        let Self { position_deg, torque_nm, position_m, force_n, counterbalance, .. } = self;
         let (positions, torques, to_si, keys) =
             match (kind, position_deg, torque_nm, position_m, force_n, counterbalance) {
                 (JointKind::Revolute, None, None, None, None, Some(own)) => {
-                    return own.validated().map(KnownTorque::Counterbalance);
+                    return own.validated().map(Law::Counterbalance);
                 }
                 (JointKind::Revolute, Some(positions), Some(torques), None, None, None) => (
                     positions,
@@ -219,7 +253,7 @@ impl RawKnownTorque {
         if !spans {
             return Err(format!("`{position}` has to reach from limit to limit of the joint"));
         }
-        Ok(KnownTorque::Table(points))
+        Ok(Law::Table(points))
     }
 }
 
@@ -275,7 +309,8 @@ mod tests {
     #[test]
     #[allow(clippy::float_cmp, reason = "numbers that are exact")]
     fn a_table_is_linear_between_its_points_and_ends_there() {
-        let table = KnownTorque::Table(vec![[-1.0, 4.0], [0.0, 0.0], [2.0, -1.0]]);
+        let law = Law::Table(vec![[-1.0, 4.0], [0.0, 0.0], [2.0, -1.0]]);
+        let table = KnownTorque { factor: 1.0, law: law.clone() };
         let values = [-5.0, -1.0, -0.5, 0.0, 1.0, 2.0, 3.0].map(|q| table.torque_and_slope(q));
         let expected = [
             [4.0, 0.0],
@@ -287,5 +322,7 @@ mod tests {
             [-1.0, 0.0],
         ];
         assert_eq!(values, expected);
+        let half = KnownTorque { factor: 0.5, law };
+        assert_eq!(half.torque_and_slope(-0.5), [1.0, -2.0]);
     }
 }

@@ -46,7 +46,7 @@ pub use judgement::{
     Alternative, BaseAxis, CATALOGUE, CatalogueRow, Change, Chosen, ChosenCutoff, ChosenFriction,
     ClippedSignal, ControllerUnchecked, ConvergenceStep, CutoffTrial, Estimate, Extrapolation,
     Finding, FindingCode, Fit, FitMotion, FrictionChange, FrictionGain, FrictionScore,
-    FrozenSignal, HeldOut, Identification, Information, KeptParameter, Lag, ModelUncertainty,
+    FrozenSignal, HeldOut, Identification, Information, KeptParameter, Lag, Lean, ModelUncertainty,
     ModelUncertaintySchema1, Note, NuisanceEstimate, NuisanceParameter, Output,
     ParameterCovariance, ParameterEstimate, PhysicalConsistency, PositionBias, PredictedError,
     Quantity, ReachedRange, Reason, ReferenceSource, ResidualQuantiles, SCHEMA, Setting,

@@ -247,6 +247,14 @@ pub const CATALOGUE: &[CatalogueRow] = &[
         remedy: "Check the signal; record a measured torque",
     },
     CatalogueRow {
+        code: Code::UnsignedTorque,
+        severity: Blocking,
+        messages: &["the torques of motors N, … never cross zero, and turn back before it: …"],
+        uses: ALL_USES,
+        meaning: "absolute values of torque",
+        remedy: "Record torques with their signs",
+    },
+    CatalogueRow {
         code: Code::ClippedTorque,
         severity: Explanatory,
         messages: &["the torque of motor N stays at its largest value, …"],
@@ -292,7 +300,7 @@ pub const CATALOGUE: &[CatalogueRow] = &[
         messages: &["the known torque on joint … fits the data best at …"],
         uses: &[Prediction, PhysicalValues, RigidBody],
         meaning: "the data contradict `known_torque`",
-        remedy: "Correct it in the robot file",
+        remedy: "Set its `factor`, or correct it",
     },
     CatalogueRow {
         code: Code::Geometry,

@@ -41,11 +41,22 @@ pub enum Change {
     Gravity {
         /// The gravity \[m/s²\].
         gravity_m_s2: [f64; 3],
+        /// Its standard deviation, of each coordinate \[m/s²\]; 0 for one of the main directions.
+        standard_deviation_m_s2: f64,
     },
     /// Multiply the position of an axis by a factor.
     PositionScale {
         /// The axis.
         axis: SignalAxis,
+        /// The factor \[1\].
+        factor: f64,
+        /// Its standard deviation \[1\].
+        standard_deviation: f64,
+    },
+    /// Multiply the known torque of a joint by a factor.
+    KnownTorque {
+        /// The joint.
+        joint: JointIndex,
         /// The factor \[1\].
         factor: f64,
         /// Its standard deviation \[1\].
@@ -154,8 +165,13 @@ impl Reason {
                 Some(Change::DriveInertia { joint: *joint })
             }
             Self::Alternative { found: Alternative::Gravity { gravity_m_s2 }, .. } => {
-                Some(Change::Gravity { gravity_m_s2: *gravity_m_s2 })
+                let gravity_m_s2 = *gravity_m_s2;
+                Some(Change::Gravity { gravity_m_s2, standard_deviation_m_s2: 0.0 })
             }
+            Self::Alternative { found: Alternative::Leaning(lean), .. } => Some(Change::Gravity {
+                gravity_m_s2: lean.gravity_m_s2(),
+                standard_deviation_m_s2: lean.standard_deviation_m_s2(),
+            }),
             Self::Alternative { found: Alternative::OppositeSign { motor, signal }, .. } => {
                 Some(Change::Sign { axis: SignalAxis::Motor(*motor), signal: *signal })
             }
@@ -227,6 +243,10 @@ fn of_nuisance(found: &NuisanceEstimate) -> Option<Change> {
     match found.nuisance {
         NuisanceParameter::TorqueGain(joint) => of_scale(Some(SignalAxis::Joint(joint))),
         NuisanceParameter::CommonGain => of_scale(None),
+        NuisanceParameter::KnownTorque(joint) => {
+            let [factor, standard_deviation] = found.correction_factor()?;
+            Some(Change::KnownTorque { joint, factor, standard_deviation })
+        }
         NuisanceParameter::Zero(joint) => {
             let in_si = |value: f64| match quantity.unit == JointKind::Prismatic.position_unit() {
                 true => value,

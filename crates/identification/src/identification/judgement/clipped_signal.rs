@@ -77,7 +77,7 @@ impl ClippedSignal {
 }
 
 /// The torques of all motors at a sample \[N·m or N\].
-fn torques_at(context: &Context<'_>, sample: usize) -> [f64; MAX_JOINTS] {
+pub(super) fn torques_at(context: &Context<'_>, sample: usize) -> [f64; MAX_JOINTS] {
     let (torques, joints) = (context.experiment.torque_nm(), context.robot.joints());
     let [mut of_joints, mut of_motors] = [[0.0; MAX_JOINTS]; 2];
     for (joint, torque) in of_joints.iter_mut().zip(torques.row(sample).iter()) {

@@ -42,6 +42,32 @@ macro_rules! finding_codes {
     };
 }
 
+impl FindingCode {
+    /// Returns the place of the finding in a list: 0 for what the commands of the controller say,
+    /// then other causes, then the figures that exceed their limits, which follow from causes.
+    pub(super) fn rank(self) -> usize {
+        match self {
+            Self::OppositeCommand | Self::Controller => 0,
+            Self::ConditionNumber
+            | Self::TorqueUncertainty
+            | Self::RelativeError
+            | Self::JointError
+            | Self::FewRows
+            | Self::NotDecimated
+            | Self::NegativeParameter
+            | Self::IndefiniteMassMatrix
+            | Self::NoBodies
+            | Self::Extrapolation
+            | Self::JointExtrapolation
+            | Self::JointAtRest
+            | Self::CrossValidation
+            | Self::TooFewMotions
+            | Self::ParameterUncertainty => 2,
+            _ => 1,
+        }
+    }
+}
+
 finding_codes! {
     /// A torque has the wrong sign, or its gain is three times too large.
     OppositeCommand = "opposite-command",
@@ -89,6 +115,8 @@ finding_codes! {
     GravityRemoved = "gravity-removed",
     /// A torque signal is constant.
     ConstantTorque = "constant-torque",
+    /// The torques are absolute values.
+    UnsignedTorque = "unsigned-torque",
     /// The torque is clipped, and the residual is large.
     ClippedTorque = "clipped-torque",
     /// A position signal is frozen and then jumps, because the log repeats old values.

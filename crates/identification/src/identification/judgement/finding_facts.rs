@@ -67,6 +67,8 @@ impl Finding {
                 reasons.push(reason);
             }
         }
+        // Causes before the figures that follow from them.
+        reasons.sort_by_key(|reason| reason.code().rank());
         let finding = |reason: &Reason| {
             if let Some(finding) = reason.stored() {
                 return finding.clone();
@@ -130,9 +132,10 @@ impl Reason {
                 Alternative::Coupling { .. } => Code::Coupling,
                 Alternative::DriveInertia { .. } => Code::DriveInertia,
                 Alternative::NoGravity => Code::GravityRemoved,
-                Alternative::Gravity { .. } => Code::GravityDirection,
+                Alternative::Gravity { .. } | Alternative::Leaning(_) => Code::GravityDirection,
             },
             Self::WrongSignsOfJoint { .. } => Code::WrongSignsOfJoint,
+            Self::UnsignedTorque { .. } => Code::UnsignedTorque,
             Self::ClippedTorque { found } if found.is_constant() => Code::ConstantTorque,
             Self::ClippedTorque { .. } => Code::ClippedTorque,
             Self::FrozenSignal { .. } => Code::FrozenPosition,
@@ -196,6 +199,7 @@ impl Reason {
             }
             Self::WrongSignsOfJoint { joint, .. } => Facts::about(Subject::Joints(vec![*joint])),
             Self::Alternative { found, .. } => of_alternative(found),
+            Self::UnsignedTorque { motors } => Facts::about(Subject::Motors(motors.clone())),
             Self::ClippedTorque { found } => clipped(found),
             Self::FrozenSignal { found } => {
                 Facts::new(Some(Subject::Motors(found.motors.clone())), found.share, "1")

@@ -23,6 +23,7 @@ use super::physical_consistency::PhysicalConsistency;
 use super::reached::ReachedRange;
 use super::reasons::{Note, Reason};
 use super::uncertainty::{Supplements, Uncertainty};
+use super::unsigned_torque::unsigned_torques;
 use super::uses::Verdict;
 use super::verdict::{Known, UNEXPLAINED};
 use super::workspace::indefinite_posture;
@@ -116,7 +117,9 @@ impl Findings<'_> {
         let (held_out, disagreement) =
             HeldOut::new(context, self.motion, &pieces, counted, &solution.parameters, left)?;
         let rows = observations.matrix().equation_rows();
-        let alternatives = match limits.are_rows_enough(context, rows) {
+        let unsigned = unsigned_torques(context);
+        // Without signs, no reading is right.
+        let alternatives = match unsigned.is_empty() && limits.are_rows_enough(context, rows) {
             true => FoundAlternatives::find(context),
             false => FoundAlternatives::default(),
         };
@@ -258,6 +261,8 @@ impl Findings<'_> {
         };
         let (constant, clipped): (Vec<_>, Vec<_>) =
             ClippedSignal::all(context).into_iter().partition(ClippedSignal::is_constant);
+        let unsigned_torque =
+            (!unsigned.is_empty()).then_some(Reason::UnsignedTorque { motors: unsigned });
         let constant = constant.into_iter().map(|found| Reason::ClippedTorque { found });
         let (cut_off, beside_cut_off): (Vec<_>, Vec<_>) =
             clipped.into_iter().partition(|found| unexplained(found.motor));
@@ -277,7 +282,7 @@ impl Findings<'_> {
             carried: carried(torque, &solution.parameters),
             indefinite,
             bodies,
-            blocking: constant.chain(other).collect(),
+            blocking: unsigned_torque.into_iter().chain(constant).chain(other).collect(),
             explanations: of_signals.collect(),
         };
         let (uses, explanations) = limits.uses(&known, &estimate);

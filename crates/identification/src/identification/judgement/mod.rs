@@ -33,11 +33,12 @@ mod rows;
 mod scaled_rows;
 mod setting;
 mod uncertainty;
+mod unsigned_torque;
 mod uses;
 mod verdict;
 mod workspace;
 
-pub use alternatives::{Alternative, Chosen, Lag, Signal};
+pub use alternatives::{Alternative, Chosen, Lag, Lean, Signal};
 pub use bias::PositionBias;
 pub use catalogue::{CATALOGUE, CatalogueRow};
 pub use change::{Change, SignalAxis};

@@ -2,7 +2,7 @@
 
 use core::fmt::{self, Display};
 use core::ops::Range;
-use didim_dynamics::robot::{JointIndex, TorqueTerm};
+use didim_dynamics::robot::{JointIndex, MotorIndex, TorqueTerm};
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
@@ -62,6 +62,8 @@ pub enum Reason {
         signal: Option<Signal>,
         setting: Option<Setting>,
     },
+    /// The torques of these motors are absolute values.
+    UnsignedTorque { motors: Vec<MotorIndex> },
     /// The torque of a motor never changes. Or it repeatedly stands at its largest value, and the
     /// model does not explain a joint of that motor.
     ClippedTorque { found: ClippedSignal },
@@ -386,6 +388,12 @@ impl Display for Reason {
                 to_follow(f, setting.as_ref())
             }
             Self::FrozenSignal { found } => write!(f, "{}", Jumping(found)),
+            Self::UnsignedTorque { motors } => write!(
+                f,
+                "the torques of {} never cross zero, and turn back before it: they are absolute \
+                 values; record them with their signs",
+                several_motors(motors)
+            ),
             Self::ClippedTorque { found } if found.is_constant() => write!(
                 f,
                 "the torque of motor {} is {:.4} in all samples: it was not measured; check the \
@@ -714,6 +722,11 @@ fn few_listed(items: impl IntoIterator<Item = impl Display>) -> String {
     }
     items.truncate(MAX_NAMES);
     format!("{} and {more} more", items.join(", "))
+}
+
+/// Returns the names of one or several motors.
+fn several_motors(motors: &[MotorIndex]) -> String {
+    format!("motor{} {}", if motors.len() > 1 { "s" } else { "" }, listed(motors))
 }
 
 /// `a, b, c`

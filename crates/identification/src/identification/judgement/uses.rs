@@ -135,10 +135,8 @@ impl Verdict {
                 reasons.push(reason.clone());
             }
         }
-        // Reasons that may be the cause of others come first.
-        reasons.sort_by_key(|reason| {
-            !matches!(reason, Reason::OppositeCommand { .. } | Reason::Controller { .. })
-        });
+        // Causes before the figures that follow from them.
+        reasons.sort_by_key(|reason| reason.code().rank());
         let failure = reasons.iter().find_map(Reason::failure);
         let unused = explanations.into_iter().filter(|reason| !reasons.contains(reason));
         notes.extend(unused.map(Note::Explanation));

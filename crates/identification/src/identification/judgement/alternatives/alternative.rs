@@ -4,6 +4,7 @@ use didim_dynamics::MAX_JOINTS;
 use didim_dynamics::robot::{JointIndex, MotorIndex, Robot, Transmission};
 use nalgebra::DMatrix;
 
+use super::lean::Lean;
 use crate::identification::problem::{Experiment, change_motor_positions, change_motor_torques};
 
 /// Signal of a motor.
@@ -107,6 +108,8 @@ pub enum Alternative {
         /// The gravity \[m/s²\].
         gravity_m_s2: [f64; 3],
     },
+    /// Gravity is turned by an angle that the data choose: the base leans.
+    Leaning(Lean),
 }
 
 impl Alternative {
@@ -120,7 +123,7 @@ impl Alternative {
             Self::Late { motor, .. } => motor.iter().copied().collect(),
             Self::Coupling { motor, .. } => vec![*motor],
             Self::DriveInertia { joint } => vec![MotorIndex::new(joint.position())],
-            Self::NoGravity | Self::Gravity { .. } => Vec::new(),
+            Self::NoGravity | Self::Gravity { .. } | Self::Leaning(_) => Vec::new(),
         }
     }
 
@@ -160,11 +163,13 @@ impl Alternative {
                 Self::Coupling { motor: of_other, joint: other, .. },
             ) => motor == of_other && joint == other,
             // Gravity along the axes of all joints acts like none.
-            (Self::NoGravity | Self::Gravity { .. }, Self::NoGravity | Self::Gravity { .. }) => {
-                true
-            }
-            _ => false,
+            _ => self.has_other_gravity() && other.has_other_gravity(),
         }
+    }
+
+    /// Returns true if gravity differs from the configured one.
+    fn has_other_gravity(&self) -> bool {
+        self.gravity_m_s2().is_some()
     }
 
     /// Returns true for related readings of the same motors.
@@ -189,6 +194,7 @@ impl Alternative {
             | Self::PositionScale { .. }
             | Self::NoGravity
             | Self::Gravity { .. }
+            | Self::Leaning(_)
             | Self::Coupling { .. }
             | Self::DriveInertia { .. } => false,
         }
@@ -199,6 +205,7 @@ impl Alternative {
         match self {
             Self::NoGravity => Some([0.0; 3]),
             Self::Gravity { gravity_m_s2 } => Some(*gravity_m_s2),
+            Self::Leaning(lean) => Some(lean.gravity_m_s2()),
             _ => None,
         }
     }
@@ -226,6 +233,7 @@ impl Alternative {
                 | Self::DriveInertia { .. }
                 | Self::NoGravity
                 | Self::Gravity { .. }
+                | Self::Leaning(_)
         )
     }
 
@@ -235,7 +243,24 @@ impl Alternative {
             Self::Late { time_s, .. } => Some(*time_s),
             Self::PositionScale { factor, .. } | Self::TorqueScale { factor, .. } => Some(*factor),
             Self::Coupling { factor, .. } => *factor,
+            Self::Leaning(lean) => Some(lean.angle_rad),
             _ => None,
+        }
+    }
+
+    /// Returns gravity along an axis of the base in place of a direction that the data cannot tell
+    /// from it.
+    pub(super) fn simplified(self) -> Self {
+        let along = if let Self::Leaning(lean) = &self { lean.near_axis() } else { None };
+        along.map_or(self, |gravity_m_s2| Self::Gravity { gravity_m_s2 })
+    }
+
+    /// Returns the count of numbers that the data choose.
+    pub(super) fn chosen_numbers(&self) -> usize {
+        match self {
+            // A direction has two.
+            Self::Leaning(_) => 2,
+            _ => usize::from(self.constant().is_some()),
         }
     }
 
@@ -279,6 +304,7 @@ impl Alternative {
             | Self::PositionScale { factor: own, .. }
             | Self::TorqueScale { factor: own, .. } => *own = chosen,
             Self::Coupling { factor: Some(own), .. } => *own = chosen,
+            Self::Leaning(lean) => lean.angle_rad = chosen,
             _ => {}
         }
         changed
@@ -369,7 +395,8 @@ impl Alternative {
             | Self::Late { .. }
             | Self::TorqueScale { .. }
             | Self::NoGravity
-            | Self::Gravity { .. } => return None,
+            | Self::Gravity { .. }
+            | Self::Leaning(_) => return None,
         }
         Some(of_positions)
     }

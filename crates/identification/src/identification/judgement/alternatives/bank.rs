@@ -13,16 +13,16 @@ const MIN_RANGE: f64 = 0.01;
 /// a logger was reported to have.
 const LONGEST_LAG_S: f64 = 0.25;
 
-/// Shortest lag that is tried, as a share of the time between rows. The nuisance parameters cover
-/// shorter ones.
-const SHORTEST_LAG: f64 = 0.25;
+/// Shortest lag that is tried, as a share of the time between rows. It is the end of the range, so
+/// that lags from twice this one on are named.
+const SHORTEST_LAG: f64 = 0.125;
 
 /// Ratio of successive lags. The best one is refined afterwards.
 const LAG_STEP: f64 = 2.0;
 
-/// Factors of positions that are tried. Gear ratios and counts that are wrong by more also violate
-/// the limits of the joints.
-const SCALES: [f64; 4] = [0.75, 0.9, 1.1, 1.3];
+/// Factors of positions that are tried: the usual mistake is a factor of 2. Gear ratios and counts
+/// that are wrong by more also violate the limits of the joints.
+const SCALES: [f64; 8] = [0.35, 0.5, 0.75, 0.9, 1.1, 1.3, 2.0, 2.8];
 
 /// Factors of torques that are tried: a few tenths off, and wrong units up to a thousand.
 const TORQUE_SCALES: [f64; 14] = [

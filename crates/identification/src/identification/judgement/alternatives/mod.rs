@@ -15,18 +15,20 @@
 
 mod alternative;
 mod bank;
+mod lean;
 mod normal_equations;
 mod refit;
 mod screen;
 mod wording;
 
 pub use alternative::{Alternative, Chosen, Lag, Signal};
+pub use lean::Lean;
 
 use nalgebra::DVector;
 
 use self::bank::{Group, bank, lag_times};
 use self::refit::{Inspected, JointResidual, Refit, Solved, context_of};
-use self::screen::Screen;
+use self::screen::{RESOLUTION_OF_DIRECTION, Screen};
 use crate::identification::problem::{Context, Experiment};
 use crate::regression::{ResidualAnalysis, RowFilter};
 use didim_dynamics::dynamics::{BaseParameters, Model};
@@ -195,10 +197,10 @@ impl Reading {
         Self { signals, model, robot, base }
     }
 
-    /// Returns the number of parameters that the arm has more than the configured one.
-    fn new_parameters(&self, configured: &Robot) -> usize {
-        let count = |robot: &Robot| robot.parameters().names().len();
-        self.robot.as_ref().map_or(0, |arm| count(arm).saturating_sub(count(configured)))
+    /// Returns the number of base parameters that the model has more than the configured one.
+    fn new_parameters(&self, configured: &BaseParameters) -> usize {
+        let count = |base: &BaseParameters| base.columns().len();
+        self.base.as_ref().map_or(0, |base| count(base).saturating_sub(count(configured)))
     }
 
     /// Solves with these signals. `same_motion` is a solution with the same motion and model, if
@@ -359,10 +361,10 @@ fn best(refit: &Refit<'_>, logged: &Experiment) -> Option<Best> {
     let mut fitted: Vec<Fitted> =
         finalists.into_iter().map(|of| of.fit(refit, logged, &torques)).collect();
     fitted.extend(low_pass_of_all_signals(refit, logged, &torques));
-    // A lag is a matter of degree. The others are there or not.
-    let is_late = |of: &Alternative| matches!(of, Alternative::Late { .. });
+    // A lag or a scale is a matter of degree. The others are there or not.
+    let is_of_degree = |of: &Alternative| of.constant().is_some() && !of.has_other_model();
     let rows = refit.context.samples.len() as f64;
-    let has_cause = |of: &&Fitted| !of.explained.is_empty() || is_late(&of.alternative);
+    let has_cause = |of: &&Fitted| !of.explained.is_empty() || is_of_degree(&of.alternative);
     let mut causes = fitted.iter().filter(has_cause);
     if !causes.any(|of| of.largest_likelihood_gain(rows) > DECISIVE) {
         return None;
@@ -375,11 +377,11 @@ fn best(refit: &Refit<'_>, logged: &Experiment) -> Option<Best> {
     candidates.sort_by(|one, other| other.evidence.total_cmp(&one.evidence));
     let named = named(&candidates, refit, &filter).and_then(|of| of.estimated(refit, logged));
     if let Some(alternative) = named {
-        return Some(Best::Named(alternative));
+        return Some(Best::Named(alternative.simplified()));
     }
     let first = candidates.first().filter(|of| of.evidence > DECISIVE)?;
     let parameters = || first.solved.as_ref().map(|of| of.parameters().clone());
-    is_late(&first.alternative).then(|| Best::Unnamed(parameters()))
+    is_of_degree(&first.alternative).then(|| Best::Unnamed(parameters()))
 }
 
 /// Returns the alternative that matters and fits decisively better than the configured reading and
@@ -481,6 +483,7 @@ fn finalists(
         screened.push(Finalist { alternative, is_inside, squares: [before.clone(), after] });
     }
     let gain = |of: &Finalist| sum_of_gains(&of.squares);
+    screened.extend(leaning(screen, &screened, &before, torques));
     screened.sort_by(|one, other| gain(other).total_cmp(&gain(one)));
     let mut finalists: Vec<Finalist> = Vec::new();
     for candidate in screened {
@@ -491,6 +494,28 @@ fn finalists(
     }
     finalists.truncate(FINALISTS);
     Some(finalists)
+}
+
+/// Returns the direction of gravity that fits best, if the picked rows can tell it from the best of
+/// `screened`.
+fn leaning(
+    screen: &mut Screen<'_, '_>,
+    screened: &[Finalist],
+    before: &[f64],
+    torques: &DivisorTorques,
+) -> Option<Finalist> {
+    let of_gravity = screened.iter().filter(|of| of.alternative.gravity_m_s2().is_some());
+    let gain = |of: &Finalist| sum_of_gains(&of.squares);
+    let best = of_gravity.max_by(|one, other| gain(one).total_cmp(&gain(other)));
+    let start = best.and_then(|of| of.alternative.gravity_m_s2());
+    let is_turned = |of: &[f64; 3]| *of != [0.0; 3];
+    let (lean, after) = screen.lean(start.filter(is_turned))?;
+    let squares = [before.to_vec(), after];
+    let is_better = sum_of_gains(&squares) > best.map_or(0.0, gain) + RESOLUTION_OF_DIRECTION;
+    let [before, after] = &squares;
+    let may_explain = !torques.explained([before, after], MAY_LEAVE, MAY_MATTER).is_empty();
+    let alternative = Alternative::Leaning(lean);
+    (is_better && may_explain).then_some(Finalist { alternative, is_inside: true, squares })
 }
 
 /// Returns the place of the maximum in an interval, by golden-section search of the logarithm.
@@ -518,6 +543,7 @@ impl Finalist {
     /// Fits the alternative like the configured reading.
     fn fit(self, refit: &Refit<'_>, logged: &Experiment, torques: &DivisorTorques) -> Fitted {
         let Self { alternative, is_inside, mut squares, .. } = self;
+        let alternative = closer(alternative, refit, logged);
         let reading = Reading::new(&alternative, &refit.context, logged);
         // Listed parameters may not be identifiable with another gravity.
         let same_motion = alternative.keeps_motion().then_some(refit);
@@ -531,10 +557,18 @@ impl Finalist {
             true => torques.explained([before, after], LEAVES, MATTERS),
             false => Vec::new(),
         };
-        let new_parameters = reading.new_parameters(refit.context.robot);
+        let new_parameters = reading.new_parameters(refit.context.base);
         let solved = better.map(|of| of.solved);
         Fitted { alternative, squares, explained, new_parameters, solved }
     }
+}
+
+/// Returns an alternative with the direction of gravity that the fitted rows choose.
+fn closer(alternative: Alternative, refit: &Refit<'_>, logged: &Experiment) -> Alternative {
+    let Alternative::Leaning(lean) = alternative else { return alternative };
+    let reading = Reading::new(&alternative, &refit.context, logged);
+    let close = reading.refit(&refit.context, None).and_then(|of| of.closer(lean));
+    Alternative::Leaning(close.unwrap_or(lean))
 }
 
 /// Alternative that was fitted.
@@ -544,7 +578,7 @@ struct Fitted {
     squares: [Vec<f64>; 2],
     /// Joints whose residual the alternative explains. None if its number is at the end of a range.
     explained: Vec<usize>,
-    /// Number of parameters that its arm has more than the configured one.
+    /// Number of parameters that its model has more than the configured one.
     new_parameters: usize,
     /// `None` if it cannot be fitted.
     solved: Option<Solved>,
@@ -567,7 +601,7 @@ impl Fitted {
         let likelihood_gain = likelihood_gain([before, after], &rows);
         let all_rows: f64 = rows.iter().sum();
         let Self { alternative, explained, squares, solved, .. } = self;
-        let numbers = usize::from(alternative.constant().is_some()) + self.new_parameters;
+        let numbers = alternative.chosen_numbers() + self.new_parameters;
         let choice = 0.5 * numbers as f64 * all_rows.ln();
         let evidence = likelihood_gain - choice - (count as f64).ln();
         let candidate =

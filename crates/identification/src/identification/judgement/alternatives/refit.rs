@@ -2,10 +2,11 @@
 
 use nalgebra::DVector;
 
+use super::lean::{Lean, better_gravity};
 use super::normal_equations::NormalEquations;
 use crate::identification::judgement::positive_parameter::{parameter, positive_quantity};
 use crate::identification::observation::{
-    Motion, filtered_motion, filtered_torque, fitted_matrix, torque_equation,
+    Motion, filtered_motion, filtered_torque, fitted_matrix, fitted_matrix_of, torque_equation,
 };
 use crate::identification::problem::{Context, Experiment, Method, Options};
 use crate::regression::{Observations, ResidualAnalysis, RowFilter, Solution};
@@ -23,6 +24,9 @@ const OVERSAMPLING: f64 = 10.0;
 /// Added to the squared columns, which have length 1: more than the rounding errors of their
 /// products, and less than the square of what data determine.
 const ROUNDING: f64 = 1e-13;
+
+/// Gauss-Newton steps that close a direction of gravity. The screening finds it to a few degrees.
+const CLOSING_STEPS: usize = 3;
 
 /// Samples on which readings are compared, at a rate that is no higher than necessary.
 pub(super) struct Inspected {
@@ -169,6 +173,22 @@ impl Solved {
 }
 
 impl<'a> Refit<'a> {
+    /// Returns a turn of gravity after Gauss-Newton steps on the fitted rows. This is the solution
+    /// with the turn.
+    pub(super) fn closer(&self, lean: Lean) -> Option<Lean> {
+        let matrix = |model: &Model| fitted_matrix_of(&self.context, model, &self.motion).ok();
+        let torque = self.solved.equation.measurements();
+        let rms = self.solved.equation.rms_per_joint(torque);
+        let weights: Vec<f64> =
+            rms.iter().map(|of| if *of > 0.0 { of.powi(-2) } else { 0.0 }).collect();
+        let mut gravity_m_s2 = lean.gravity_m_s2();
+        for _ in 0..CLOSING_STEPS {
+            let model = self.context.model.clone().with_gravity(gravity_m_s2);
+            gravity_m_s2 = better_gravity(&model, &matrix, torque, &weights)?;
+        }
+        Lean::between(lean.configured_m_s2, gravity_m_s2)
+    }
+
     /// Solves with the samples of a context. `same_motion` is a solution with the same motion and
     /// model, if there is one. `None` if there is no solution.
     pub(super) fn new(context: Context<'a>, same_motion: Option<&Refit<'_>>) -> Option<Self> {

@@ -5,6 +5,7 @@ use std::borrow::Cow;
 use nalgebra::{DMatrix, DVector, DVectorView};
 
 use super::alternative::{Alternative, Lag, Signal};
+use super::lean::{Lean, better_gravity};
 use super::normal_equations::NormalEquations;
 use super::refit::Refit;
 use crate::identification::observation::{Motion, known_at, matrix_at};
@@ -22,11 +23,17 @@ const ROWS: usize = 100;
 /// quantile of χ² with one degree of freedom, divided among the rows \[nat per row\].
 pub(super) const RESOLUTION: f64 = 1.92 / ROWS as f64;
 
+/// The same for a direction, which has two degrees of freedom.
+pub(super) const RESOLUTION_OF_DIRECTION: f64 = 3.0 / ROWS as f64;
+
+/// Gauss-Newton steps to a direction of gravity. Angles of 45° are right to 0.1° after three.
+const LEAN_STEPS: usize = 4;
+
 /// Share of the golden ratio. Rows at its multiples never coincide with a period of the motion.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
 /// Added to the squared columns, which have length 1, so that columns may depend on each other.
-const DEPENDENT: f64 = 1e-9;
+pub(super) const DEPENDENT: f64 = 1e-9;
 
 /// Some rows of a fit.
 pub(super) struct Screen<'s, 'a> {
@@ -116,11 +123,7 @@ impl<'s, 'a> Screen<'s, 'a> {
         let own_columns = self.context.selection.columns();
         if let Some(gravity_m_s2) = alternative.gravity_m_s2() {
             let model = self.context.model.clone().with_gravity(gravity_m_s2);
-            // Another gravity makes other parameters identifiable.
-            let find = |name: &String| self.context.robot.parameters().find(name);
-            let hidden = self.context.base.without_effect().iter().filter_map(find);
-            let columns: Vec<usize> = own_columns.iter().copied().chain(hidden).collect();
-            let mut rows = Rows::new(self.context, &model, &columns, &self.motion)?;
+            let mut rows = Rows::new(self.context, &model, &self.all_columns(), &self.motion)?;
             return rows.relative_squares(&torque, &weights);
         }
         if let Some(robot) = alternative.arm(self.context.robot) {
@@ -144,6 +147,37 @@ impl<'s, 'a> Screen<'s, 'a> {
             self.last_corrected = Some((of_positions, rows));
         }
         self.last_corrected.as_mut()?.1.relative_squares(&torque, &weights)
+    }
+
+    /// Returns the selected columns, and those that another gravity makes identifiable.
+    fn all_columns(&self) -> Vec<usize> {
+        let find = |name: &String| self.context.robot.parameters().find(name);
+        let hidden = self.context.base.without_effect().iter().filter_map(find);
+        self.context.selection.columns().iter().copied().chain(hidden).collect()
+    }
+
+    /// Returns the gravity that fits best near another direction, or near the configured one, with
+    /// the squared residuals as by [`Self::with`]. `None` if it is the configured one.
+    pub(super) fn lean(&self, other_m_s2: Option<[f64; 3]>) -> Option<(Lean, Vec<f64>)> {
+        let configured = self.context.model.gravity_m_s2();
+        // Near the configured direction, what another one makes identifiable has next to no effect,
+        // and would explain anything.
+        let columns = match other_m_s2 {
+            Some(_) => self.all_columns(),
+            None => self.context.selection.columns().to_vec(),
+        };
+        let matrix = |model: &Model| matrix_at(model, &columns, &self.motion).ok();
+        let torque = self.configured.explained(&self.torque);
+        let torque = DVector::from_column_slice(torque.as_slice());
+        let mut gravity_m_s2 = other_m_s2.unwrap_or(configured);
+        for _ in 0..LEAN_STEPS {
+            let model = self.context.model.clone().with_gravity(gravity_m_s2);
+            gravity_m_s2 = better_gravity(&model, &matrix, &torque, &self.weights)?;
+        }
+        let model = self.context.model.clone().with_gravity(gravity_m_s2);
+        let mut rows = Rows::new(self.context, &model, &columns, &self.motion)?;
+        let squares = rows.relative_squares(&self.torque, &self.weights)?;
+        Some((Lean::between(configured, gravity_m_s2)?, squares))
     }
 
     /// Returns true unless the positions of a joint span more than its limits allow, and more than

@@ -3,6 +3,7 @@
 use core::fmt;
 
 use super::alternative::{Alternative, Chosen, Lag, Signal};
+use super::lean::Lean;
 use didim_dynamics::robot::MotorIndex;
 
 impl fmt::Display for Signal {
@@ -71,8 +72,23 @@ impl fmt::Display for Alternative {
                 "with gravity along [{x:.2}, {y:.2}, {z:.2}] m/s² in the base: check whether the \
                  arm is on the floor, a wall or the ceiling"
             ),
+            Self::Leaning(lean) => leaning(f, lean),
         }
     }
+}
+
+fn leaning(f: &mut fmt::Formatter<'_>, lean: &Lean) -> fmt::Result {
+    let [x, y, z] = lean.gravity_m_s2();
+    let Chosen { value, standard_deviation } = lean.angle_rad;
+    let angle_deg = Number(Chosen {
+        value: value.to_degrees(),
+        standard_deviation: standard_deviation.to_degrees(),
+    });
+    write!(
+        f,
+        "with gravity turned by {angle_deg}°, to [{x:.2}, {y:.2}, {z:.2}] m/s² in the base: check \
+         how the arm is mounted; a spring or hose that turns joint 1 looks alike"
+    )
 }
 
 /// Number with its standard deviation, to the digits that this justifies.
