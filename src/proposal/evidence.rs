@@ -43,7 +43,8 @@ pub enum ProposalError {
     Bag(#[from] BagError),
     /// The table has too few columns: it has another separator or no header, or is not a table.
     #[error("{}: {axes} joints need as many columns of positions and of torques, with their names \
-        in the first line; found {columns:?}", file.display())]
+        in the first line; found {columns:?}. A table with one value in each row needs a row for \
+        each time first (a pivot, in InfluxDB and pandas)", file.display())]
     NoTable {
         /// The file.
         file: PathBuf,

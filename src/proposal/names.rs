@@ -15,15 +15,50 @@ pub(super) enum ColumnMeaning {
 }
 
 const TIME_WORDS: &[&str] = &["time", "t", "timestamp", "stamp", "zeit"];
-const POSITION_WORDS: &[&str] = &["position", "pos", "q", "angle", "theta", "encoder", "enc"];
-const TORQUE_WORDS: &[&str] = &["torque", "tau", "effort", "trq", "moment"];
+const POSITION_WORDS: &[&str] = &[
+    "position",
+    "pos",
+    "q",
+    "angle",
+    "theta",
+    "encoder",
+    "enc",
+    "winkel",
+    "istposition",
+    "sollposition",
+    "istwinkel",
+    "sollwinkel",
+];
+const TORQUE_WORDS: &[&str] = &[
+    "torque",
+    "tau",
+    "effort",
+    "trq",
+    "moment",
+    "drehmoment",
+    "istmoment",
+    "sollmoment",
+    "istdrehmoment",
+];
 const CURRENT_WORDS: &[&str] = &["current", "curr", "cur", "amp", "ampere"];
 const AXIS_WORDS: &[&str] = &["axis", "axes", "achse"];
 /// Words of the positions in a data set of LeRobot.
 const STATE_WORDS: [&str; 2] = ["observation", "state"];
 /// Words that mark the measured columns. They are used if a quantity has several groups of columns.
-const MEASURED_WORDS: &[&str] =
-    &["actual", "measured", "meas", "act", "fbk", "feedback", "ist", "msr"];
+const MEASURED_WORDS: &[&str] = &[
+    "actual",
+    "measured",
+    "meas",
+    "act",
+    "fbk",
+    "feedback",
+    "ist",
+    "msr",
+    "istposition",
+    "istwinkel",
+    "istmoment",
+    "istdrehmoment",
+];
 const COMMAND_WORDS: &[&str] = &[
     "reference",
     "ref",
@@ -38,6 +73,9 @@ const COMMAND_WORDS: &[&str] = &[
     "setpoint",
     "demand",
     "soll",
+    "sollposition",
+    "sollwinkel",
+    "sollmoment",
 ];
 /// Words that mark a column as a quantity that is not used.
 const OTHER_WORDS: &[&str] = &[

@@ -16,6 +16,7 @@ use super::names::{
 use super::plausible::round_rate;
 use super::value::{Guess, quote_text};
 use crate::cell::DATE_UNIT;
+use crate::text::significant_digits;
 
 const UNIT_WORDS: &[(&str, &str)] =
     &[("s", "s"), ("sec", "s"), ("ms", "ms"), ("us", "us"), ("µs", "us"), ("ns", "ns")];
@@ -111,15 +112,14 @@ impl TableTime {
         match (self.rate_hz, self.rows_per_state, &self.time_source) {
             (Some(rate_hz), Some(rows), _) => {
                 let why = format!(
-                    "each state stands in {rows} rows: the log has {rate_hz:?} rows a second, and \
-                    the arm sent fewer states"
+                    "each state stands in {rows} rows: the log has {} rows a second, and the arm \
+                    sent fewer states",
+                    rate_text(rate_hz)
                 );
                 #[expect(clippy::cast_precision_loss, reason = "rows of a state")]
-                Guess::assumed(format!("{:?}", rate_hz / rows as f64), &why)
+                Guess::assumed(rate_text(rate_hz / rows as f64), &why)
             }
-            (Some(rate_hz), None, _) => {
-                guess(format!("{rate_hz:?}"), "the mean distance of the times")
-            }
+            (Some(rate_hz), None, _) => guess(rate_text(rate_hz), "the mean distance of the times"),
             (None, _, TimeSource::Constant(name)) => Guess::without_value(&format!(
                 "samples a second; the times of `{name}` are all the same, as when seconds after \
                 1970 are written with 32 bits or few digits"
@@ -132,7 +132,9 @@ impl TableTime {
     pub(super) fn add_entries(&self, draft: &mut Draft<'_>, section: &str) {
         let Self { time_source: which, rate_hz, is_stated, .. } = self;
         let guess = if *is_stated { Guess::from_file } else { Guess::assumed };
-        let rows = |rate_hz: f64| format!("gives {rate_hz:.6} rows per second");
+        let rows = |rate_hz: f64| {
+            format!("gives {} rows per second", rate_text(rate_hz).trim_end_matches(".0"))
+        };
         match which {
             TimeSource::Stamp(columns) => {
                 for (key, name) in ["time.sec", "time.nanosec"].into_iter().zip(columns) {
@@ -168,6 +170,18 @@ impl TableTime {
 }
 
 const UNIT_QUESTION: &str = "the unit of the time: \"s\", \"ms\", \"us\" or \"ns\"";
+
+/// Formats a rate as a TOML number: a rounded one as it is, another one with six digits, which is
+/// finer than the tolerance of a table's times.
+fn rate_text(rate_hz: f64) -> String {
+    match rate_hz.fract() == 0.0 {
+        true => format!("{rate_hz:?}"),
+        false => {
+            let digits = significant_digits(rate_hz, 6);
+            digits.parse::<f64>().map_or(digits, |rate_hz| format!("{rate_hz:?}"))
+        }
+    }
+}
 
 /// Formats a column: its number as a number.
 pub(super) fn column_text(name: &str) -> String {

@@ -39,7 +39,7 @@ fn with_times(rows: &[Row], time: impl Fn(f64) -> f64) -> Vec<Row> {
 
 const HEADER: &str = "time,q1,q2,tau1,tau2";
 
-const LAYOUTS: [Layout; 15] = [
+const LAYOUTS: [Layout; 20] = [
     Layout {
         name: "numpy.savetxt",
         text: |of| {
@@ -220,6 +220,78 @@ const LAYOUTS: [Layout; 15] = [
         },
         answers: &[],
         lines: &["position.wraps = true"],
+    },
+    Layout {
+        name: "InfluxDB, annotated and pivoted",
+        text: |of| {
+            let types = "#datatype,string,long,dateTime:RFC3339,double,double,double,double";
+            let header = format!(
+                "#group,false,false,false,false,false,false,false\n{types}\n\
+                #default,_result,,,,,,\n,result,table,_time,pos_1,pos_2,effort_1,effort_2"
+            );
+            rows(&header, of, ",", |row| {
+                let time = format!("2026-11-03T09:00:{:09.6}Z", row[0]);
+                vec![format!(",,0,{time},{}", fixed(&row[1..]).join(","))]
+            })
+        },
+        answers: &[],
+        lines: &["time.column = \"_time\"", "position.column = \"pos_{axis}\""],
+    },
+    Layout {
+        name: "LabVIEW measurement file",
+        text: |of| {
+            let names = "Position 1\tPosition 2\tTorque 1\tTorque 2";
+            let header = format!(
+                "LabVIEW Measurement\t\nSeparator\tTab\nDecimal_Separator\t.\n\
+                X_Columns\tOne\n***End_of_Header***\t\n\t\t\t\t\n\
+                Channels\t4\t\t\t\t\nSamples\t9\t9\t9\t9\t\n\
+                Date\t2026/11/03\t2026/11/03\t2026/11/03\t2026/11/03\t\n\
+                Y_Unit_Label\trad\trad\tNm\tNm\t\n\
+                ***End_of_Header***\t\t\t\t\t\nX_Value\t{names}\tComment"
+            );
+            rows(&header, of, "\t", |row| fixed(row))
+        },
+        answers: &[],
+        lines: &["time.column = 1", "position.column = \"Position {axis}\""],
+    },
+    Layout {
+        name: "columns of two levels (pandas)",
+        text: |of| {
+            let header = ",position,position,effort,effort\n,q1,q2,q1,q2\ntime,,,,";
+            rows(header, of, ",", |row| fixed(row))
+        },
+        answers: &[],
+        lines: &[
+            "time.column = \"time\"",
+            "position.column = \"position q{axis}\"",
+            "torque.column = \"effort q{axis}\"",
+        ],
+    },
+    Layout {
+        name: "units behind the numbers (Grafana)",
+        text: |of| {
+            rows("\"Time\",\"pos 1\",\"pos 2\",\"torque 1\",\"torque 2\"", of, ",", |row| {
+                let time = format!("2026-11-03 09:00:{:06.3}", row[0]);
+                let [q1, q2] = [row[1], row[2]].map(f64::to_degrees);
+                vec![format!("{time},{q1:.6}°,{q2:.6}°,{:.6} N·m,{:.6} N·m", row[3], row[4])]
+            })
+        },
+        answers: &[],
+        lines: &["position.unit = \"deg\"", "torque.unit = \"Nm\""],
+    },
+    Layout {
+        name: "German words",
+        text: |of| {
+            let header = "Zeit [ms];Istposition A1 [°];Istposition A2 [°];Istmoment A1 [Nm];\
+                Istmoment A2 [Nm]";
+            rows(&format!("\u{feff}{header}"), of, ";", |row| {
+                let [q1, q2] = [row[1], row[2]].map(f64::to_degrees);
+                let fields = fixed(&[1e3 * row[0], q1, q2, row[3], row[4]]);
+                fields.iter().map(|field| field.replace('.', ",")).collect()
+            })
+        },
+        answers: &[],
+        lines: &["time.unit = \"ms\"", "position.column = \"Istposition A{axis} [°]\""],
     },
     Layout {
         name: "several blanks",

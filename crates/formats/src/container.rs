@@ -14,7 +14,7 @@ const MAGIC_BYTES: usize = 128;
 pub(crate) const SQLITE_MAGIC: &[u8] = b"SQLite format 3\0";
 
 /// First bytes of files that are not read, each with its name and the remedy.
-const CONTAINERS: [(&[u8], &str, &str); 8] = [
+const CONTAINERS: [(&[u8], &str, &str); 11] = [
     (
         b"#ROSBAG V2.0",
         "a ROS 1 bag",
@@ -35,11 +35,25 @@ const CONTAINERS: [(&[u8], &str, &str); 8] = [
         "a table of frames by python-can",
         "write it as a log: `python -m can.logconvert FILE frames.log` (pip install python-can)",
     ),
+    (b"ARROW1", "an Arrow file (Feather)", ARROW_REMEDY),
+    (b"FEA1", "a Feather file", ARROW_REMEDY),
+    (
+        b"TDSm",
+        "a TDMS file of LabVIEW",
+        "write it as CSV (pip install npTDMS pandas): python3 -c \"import sys, nptdms as n; \
+        n.TdmsFile.read(sys.argv[1]).as_dataframe().to_csv(sys.argv[2], index=False)\" FILE \
+        run.csv",
+    ),
     (b"\x28\xb5\x2f\xfd", "compressed by zstd", "decompress it: `zstd -d FILE`"),
     (b"\xfd7zXZ\0", "compressed by xz", "decompress it: `xz -d FILE`"),
     (b"BZh", "compressed by bzip2", "decompress it: `bunzip2 FILE`"),
     (b"7z\xbc\xaf\x27\x1c", "a 7z archive", "extract it, and give the file in it"),
 ];
+
+/// Command that writes an Arrow file as Parquet.
+const ARROW_REMEDY: &str = "write it as Parquet (pip install pandas pyarrow): python3 -c \
+    \"import sys, pandas as p; p.read_feather(sys.argv[1]).to_parquet(sys.argv[2])\" FILE \
+    run.parquet";
 
 /// A kind of file with named arrays, which NumPy can write as CSV.
 struct ArrayFile {

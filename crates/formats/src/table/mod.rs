@@ -69,7 +69,8 @@ pub fn read_csv(path: &Path, sample_rate_hz: Option<f64>) -> Result<Measurement,
     Ok(table.into_measurement(rate_hz))
 }
 
-/// Reads a table with didim's own columns or with configured ones. Rows with jittering times are
+/// Reads a table with didim's own columns or with configured ones. A table with all of its own
+/// columns and none of the configured ones is read by its own. Rows with jittering times are
 /// resampled to `nominal_hz`. The record is cut at missing samples and values.
 ///
 /// `sample_rate_hz` replaces a missing time column; when both are there they must agree.
@@ -82,7 +83,14 @@ pub fn read_table(
     nominal_hz: f64,
     columns: Option<&Columns>,
 ) -> Result<Record, TableError> {
-    let mut table = read(open(path, columns)?, path, sample_rate_hz.is_none(), columns)?;
+    let source = open(path, columns)?;
+    let is_configured = |columns: &&Columns| {
+        let wanted = columns.all_names();
+        source.names().iter().any(|name| wanted.contains(name))
+            || Header::parse(source.as_ref(), path).is_err()
+    };
+    let columns = columns.filter(is_configured);
+    let mut table = read(source, path, sample_rate_hz.is_none(), columns)?;
     let missing = table.incomplete_rows.take();
     if let (None, Some(missing_rows), Some(rate_hz)) = (&table.time, &missing, sample_rate_hz) {
         // Without times, the time of a row follows from its number.

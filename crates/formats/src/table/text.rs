@@ -13,7 +13,7 @@ use super::source::{Source, TableValues};
 use super::text_layout::{
     INSPECTED_RECORDS, TextLayout, is_comment, reader_builder, with_decimal_point,
 };
-use super::time::{ExactTime, FirstTime, digit_resolution, names_its_clock, seconds_text};
+use super::time::{ExactTime, FirstTime, digit_resolution, names_its_clock};
 use crate::capacity::Capacity;
 
 /// The beginning, which was read to find the layout, followed by the rest.
@@ -96,16 +96,24 @@ impl TextTable {
         })
     }
 
-    /// Parses a field.
-    fn number(&self, column: Column, text: &str, first: &mut FirstTime) -> Option<f64> {
+    /// Returns a field without the unit that follows each number of its column.
+    fn without_unit<'a>(&self, index: usize, text: &'a str) -> &'a str {
+        let suffix = self.layout.suffixes.get(index).map_or("", String::as_str);
+        match text.strip_suffix(suffix) {
+            Some(number) if !suffix.is_empty() => number.trim_end(),
+            _ => text,
+        }
+    }
+
+    /// Parses a field without its unit.
+    fn number(column: Column, text: &str, first: &mut FirstTime) -> Option<f64> {
         let number = &*with_decimal_point(text);
         let value = number.parse().ok();
         if number.is_empty() || value.is_some_and(f64::is_nan) {
             return Some(f64::NAN);
         }
         let value = match column {
-            Column::Time => ExactTime::of_number(seconds_text(number).unwrap_or(number))
-                .map(|time| first.seconds_after(time)),
+            Column::Time => ExactTime::of_number(number).map(|time| first.seconds_after(time)),
             Column::Date => ExactTime::of_date(number).map(|time| first.seconds_after(time)),
             _ => value,
         };
@@ -130,8 +138,9 @@ impl Source for TextTable {
         self.layout.header_line.is_some()
     }
 
+    /// A duration of MATLAB is in seconds: `0.004 sec`.
     fn seconds_per_unit(&self, column: usize) -> Option<f64> {
-        seconds_text(self.layout.first_row.get(column)?).map(|_| 1.0)
+        (self.layout.suffixes.get(column)? == "sec").then_some(1.0)
     }
 
     fn first_row(&self) -> RowPlace {
@@ -182,7 +191,8 @@ impl Source for TextTable {
                         part.unwrap_or(field)
                     }
                 };
-                let value = self.number(*column, text, &mut first).ok_or_else(|| {
+                let number = self.without_unit(index, text);
+                let value = Self::number(*column, number, &mut first).ok_or_else(|| {
                     let line = record.position().map_or(0, csv::Position::line);
                     let (file, place) = (self.path.clone(), RowPlace::Line(line));
                     let (name, text) = (self.layout.names[index].clone(), text.to_owned());
@@ -190,7 +200,6 @@ impl Source for TextTable {
                 })?;
                 read.columns[index].push(value);
                 if column.is_time() && !value.is_nan() {
-                    let number = seconds_text(text).unwrap_or(text);
                     read.resolution = read.resolution.min(digit_resolution(number));
                     of_no_clock |= *column == Column::Date && !names_its_clock(text);
                 }

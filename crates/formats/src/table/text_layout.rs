@@ -2,6 +2,7 @@
 //! columns.
 
 use std::borrow::Cow;
+use std::collections::BTreeSet;
 
 use super::list::elements;
 
@@ -45,6 +46,8 @@ pub(super) struct TextLayout {
     pub(super) names: Vec<String>,
     /// Unit of each column, from a row of units below the header; empty without one.
     pub(super) units: Vec<String>,
+    /// Unit that follows each number of a column, as `15.2 °`; empty without one.
+    pub(super) suffixes: Vec<String>,
     /// Texts of the first row, by column.
     pub(super) first_row: Vec<String>,
 }
@@ -67,9 +70,14 @@ impl TextLayout {
         // Without its separator, a table has one column, as it has with commas.
         let occurs = |separator: &u8| *separator == b',' || sample.contains(separator);
         let layouts = SEPARATORS.into_iter().filter(occurs).map(|separator| {
-            let layout = Self::with_separator(sample, separator, &wanted);
-            let matching =
-                layout.names.iter().filter(|name| wanted.contains(&name.as_str())).count();
+            let matching = |layout: &Self| {
+                layout.names.iter().filter(|name| wanted.contains(&name.as_str())).count()
+            };
+            let mut layout = Self::with_separator(sample, separator, &[]);
+            if matching(&layout) < wanted.len() {
+                layout = Self::with_separator(sample, separator, &wanted);
+            }
+            let matching = matching(&layout);
             let numbers = layout.first_row.iter().filter(|text| is_number(text)).count();
             let fields = if separator == b' ' { 0 } else { layout.field_count };
             ((matching, numbers, fields), layout)
@@ -97,9 +105,13 @@ impl TextLayout {
             Some(_) => records.iter().skip(begin).position(is_row).map_or(begin, |at| begin + at),
             None => records.iter().position(|record| record.fields.len() == count).unwrap_or(0),
         };
+        let header = header.map(|header| first_header_line(&records, header, begin));
         let head = records.get(header.unwrap_or(begin)..begin).unwrap_or_default();
         let row = records.get(begin).map_or(&[][..], |record| &record.fields);
-        let field_count = head.first().map_or(count, |header| header.fields.len());
+        let field_count = head.first().map_or(count, |header| match is_lvm_header(header, count) {
+            true => count,
+            false => header.fields.len(),
+        });
         let mut layout = Self {
             separator,
             field_count,
@@ -115,13 +127,21 @@ impl TextLayout {
 
     /// Adds the columns: one for each field, or for each element of a field that is a list.
     fn add_columns(&mut self, row: &[String], typical_row: &[String]) {
-        let units = unit_row(&self.head).cloned();
+        let names = joined_names(&self.head);
+        let units = match names.is_some() {
+            true => None,
+            false => unit_row(&self.head).cloned(),
+        };
+        let suffix_of = |text: &str| unit_suffix(text).unwrap_or_default().to_owned();
+        let has_suffixes = typical_row.iter().any(|text| unit_suffix(text).is_some());
         for field in 0..self.field_count {
-            let header = self.head.first().and_then(|header| header.get(field));
+            let header = names.as_ref().or(self.head.first()).and_then(|header| header.get(field));
             let name = header.cloned().unwrap_or_else(|| (field + 1).to_string());
             let text = row.get(field).map_or("", String::as_str);
             let typical_text = typical_row.get(field).map_or("", String::as_str);
+            let suffix = suffix_of(typical_text);
             let unit = units.as_ref().map(|units| units.get(field).cloned().unwrap_or_default());
+            let unit = unit.or_else(|| has_suffixes.then(|| suffix.clone()));
             let parts = elements(typical_text).filter(|_| is_numeric(typical_text));
             let count = parts.as_ref().map_or(1, Vec::len);
             for element in 0..count {
@@ -130,6 +150,7 @@ impl TextLayout {
                 let index = if is_list { format!("[{element}]") } else { String::new() };
                 self.names.push(format!("{name}{index}"));
                 self.units.extend(unit.clone());
+                self.suffixes.push(suffix.clone());
                 let part = elements(text).and_then(|parts| parts.get(element).copied());
                 self.first_row.push(part.filter(|_| is_list).unwrap_or(text).to_owned());
             }
@@ -185,8 +206,8 @@ fn most_frequent_count(records: &[SampleRecord]) -> usize {
     counts.into_iter().max_by_key(|fields| (count_of(*fields), *fields)).unwrap_or_default()
 }
 
-/// Returns the record of the header: the one with most of the wanted columns, or the first one of
-/// the rows' length with a text above numbers, or the last one without a number.
+/// Returns the record of the header: the one with most of the wanted columns, or the one before the
+/// rows with most different texts above numbers, or the last one without a number.
 fn find_header(
     records: &[SampleRecord],
     count: usize,
@@ -203,15 +224,38 @@ fn find_header(
         return Some(at);
     }
     let first = records.iter().position(|record| record.fields.len() == count)?;
-    let fields = &records[first].fields;
-    let has_numbers = is_numeric_column.contains(&true);
-    if !has_numbers || texts_above_numbers(fields, is_numeric_column) > 0 || is_count(fields) {
+    if !is_numeric_column.contains(&true) || is_count(&records[first].fields) {
         return Some(first);
     }
-    let is_text = |record: &SampleRecord| {
-        record.fields.len() > 1 && !record.fields.iter().any(|field| is_numeric(field))
+    // Lines of a preamble may have as many fields as the names of the columns.
+    let is_row = |record: &SampleRecord| {
+        record.fields.len() == count
+            && record.fields.iter().any(|field| is_numeric(field))
+            && texts_above_numbers(&record.fields, is_numeric_column) == 0
     };
-    records[..first].iter().rposition(is_text)
+    let row = records.iter().position(is_row).unwrap_or(records.len());
+    let names = |record: &SampleRecord| different_texts(&record.fields, is_numeric_column);
+    let is_above = |record: &SampleRecord| record.fields.len() >= count;
+    let before = records[..row].iter().enumerate().filter(|(_, record)| is_above(record));
+    match before.rev().max_by_key(|(_, record)| names(record)) {
+        Some((at, record)) if names(record) > 0 => Some(at),
+        _ => records[..first].iter().rposition(|record| {
+            record.fields.len() > 1 && !record.fields.iter().any(|field| is_numeric(field))
+        }),
+    }
+}
+
+/// Counts the different texts in columns of numbers.
+fn different_texts(fields: &[String], is_numeric_column: &[bool]) -> usize {
+    let columns = fields.iter().zip(is_numeric_column);
+    let texts = columns.filter(|(field, is)| **is && !field.is_empty() && !is_numeric(field));
+    texts.map(|(field, _)| field).collect::<BTreeSet<_>>().len()
+}
+
+/// Returns true for the header of a LabVIEW measurement file, whose rows may lack the comment
+/// (National Instruments, specification of the LabVIEW measurement file).
+fn is_lvm_header(header: &SampleRecord, count: usize) -> bool {
+    header.fields.len() == count + 1 && header.fields.last().is_some_and(|last| last == "Comment")
 }
 
 /// Counts the texts in columns of numbers.
@@ -220,10 +264,50 @@ fn texts_above_numbers(fields: &[String], is_numeric_column: &[bool]) -> usize {
     columns.filter(|(field, is)| **is && !field.is_empty() && !is_numeric(field)).count()
 }
 
-/// Returns true for a record that belongs to the header: at least half of the numbers are texts.
+/// Returns true for a record that belongs to the header: at least half of the numbers are texts, or
+/// texts are all that it has.
 fn is_below_header(fields: &[String], is_numeric_column: &[bool]) -> bool {
     let numbers = is_numeric_column.iter().filter(|is| **is).count();
-    numbers > 0 && 2 * texts_above_numbers(fields, is_numeric_column) >= numbers
+    let texts = texts_above_numbers(fields, is_numeric_column);
+    let has_numbers = fields.iter().any(|field| is_numeric(field));
+    numbers > 0 && (2 * texts >= numbers || (texts > 0 && !has_numbers))
+}
+
+/// Returns the first line of a header of several lines: one above the found one, if the names of
+/// the found one repeat and those of all lines together do not.
+fn first_header_line(records: &[SampleRecord], header: usize, begin: usize) -> usize {
+    let count = records[header].fields.len();
+    let is_text = |record: &SampleRecord| {
+        record.fields.len() == count && !record.fields.iter().any(|field| is_numeric(field))
+    };
+    let above = records[..header].iter().rev().take_while(|record| is_text(record)).count();
+    let lines = |first: usize| -> Vec<Vec<String>> {
+        records[first..begin].iter().map(|record| record.fields.clone()).collect()
+    };
+    let first = header - above;
+    match has_repeated(&records[header].fields) && joined_names(&lines(first)).is_some() {
+        true => first,
+        false => header,
+    }
+}
+
+/// Returns true if a name stands more than once.
+fn has_repeated(names: &[String]) -> bool {
+    let named = || names.iter().filter(|name| !name.is_empty());
+    named().collect::<BTreeSet<_>>().len() < named().count()
+}
+
+/// Joins the names of two or more lines of a header, if the first line repeats its names and all
+/// together do not (pandas, columns with several levels). `None` if one line has the names.
+fn joined_names(head: &[Vec<String>]) -> Option<Vec<String>> {
+    let (first, below) = head.split_first().filter(|(first, _)| has_repeated(first))?;
+    let joined = first.iter().enumerate().map(|(field, name)| {
+        let further = below.iter().filter_map(|line| line.get(field));
+        let parts = core::iter::once(name).chain(further).filter(|part| !part.is_empty());
+        parts.map(String::as_str).collect::<Vec<_>>().join(" ")
+    });
+    let joined: Vec<String> = joined.collect();
+    (!has_repeated(&joined)).then_some(joined)
 }
 
 /// Returns true for the header of columns without names: 0, 1, 2 and so on, after an empty field of
@@ -241,16 +325,29 @@ fn unit_row(head: &[Vec<String>]) -> Option<&Vec<String>> {
     says.or_else(|| below.first().filter(|_| below.len() == 1))
 }
 
-/// Returns true for a number, or a list of numbers.
+/// Returns true for a number, a number with its unit, or a list of numbers.
 fn is_numeric(field: &str) -> bool {
     match elements(field) {
         Some(parts) => !parts.is_empty() && parts.into_iter().all(is_number),
-        None => is_number(field),
+        None => is_number(field) || unit_suffix(field).is_some(),
     }
 }
 
 fn is_number(text: &str) -> bool {
     with_decimal_point(text).parse::<f64>().is_ok()
+}
+
+/// Returns the unit behind a number: `°` of `15.2°`, `sec` of `0.004 sec`.
+pub(super) fn unit_suffix(text: &str) -> Option<&str> {
+    let is_digit = |c: char| c.is_ascii_digit();
+    let end = text.rfind(|c: char| is_digit(c) || c == '.').map(|at| at + 1)?;
+    let (number, unit) = text.split_at_checked(end)?;
+    let unit = unit.trim_start();
+    let is_unit = |c: char| c.is_alphabetic() || "°%‰·*/² ".contains(c);
+    let is_plain = !unit.is_empty() && unit.chars().all(is_unit);
+    (is_plain && number.starts_with(|c: char| is_digit(c) || "+-.".contains(c)))
+        .then_some(unit)
+        .filter(|_| is_number(number))
 }
 
 /// Returns a number with a decimal point in place of a decimal comma.

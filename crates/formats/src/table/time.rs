@@ -62,11 +62,6 @@ impl ExactTime {
     }
 }
 
-/// Returns the number in a duration of MATLAB, such as `0.004 sec` \[s\].
-pub(super) fn seconds_text(text: &str) -> Option<&str> {
-    text.strip_suffix("sec").map(str::trim_end).filter(|number| number.parse::<f64>().is_ok())
-}
-
 /// Returns true if a date has an offset.
 pub(super) fn names_its_clock(text: &str) -> bool {
     text.ends_with(['Z', 'z']) || text.get(TIME_OF_DAY..).is_some_and(|of| of.contains(['+', '-']))
