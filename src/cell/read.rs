@@ -74,12 +74,20 @@ impl Cell {
     /// # Errors
     /// [`Faults`].
     pub fn read_all(library: Library<'_>, path: &Path) -> Result<Self, Faults> {
-        read_all(library, path)
+        read_text(library, path, library.read(path)?)
+    }
+
+    /// Checks the text of a cell file that is to be written to `path`.
+    ///
+    /// # Errors
+    /// See [`CellError`].
+    pub fn check_text(text: String, path: &Path) -> Result<(), CellError> {
+        let checked = read_text(Library::Files, path, text);
+        checked.map(drop).map_err(|faults| *faults.first_fault)
     }
 }
 
-fn read_all(library: Library<'_>, path: &Path) -> Result<Cell, Faults> {
-    let text = library.read(path)?;
+fn read_text(library: Library<'_>, path: &Path, text: String) -> Result<Cell, Faults> {
     let file = parse(path, &text)?;
     let mut problems = FoundFaults { file: path, text: &text, faults: Vec::new() };
     let robot_path = path.parent().unwrap_or(Path::new("")).join(&file.robot);

@@ -51,6 +51,19 @@ const SECTION_ORDER: [&str; 10] = [
     "window",
     "identification",
 ];
+/// Beginnings of keys in the order of the questions: an answer may settle those that follow.
+const QUESTION_ORDER: [&str; 10] = [
+    "data.time",
+    "data.position.column",
+    "data.torque.column",
+    "data.side",
+    "data.position",
+    "data.torque",
+    "data",
+    "bus",
+    "urdf",
+    "identification",
+];
 /// Sections that occur once per axis.
 const AXIS_SECTIONS: [&str; 2] = ["bus.layout.nodes", "bus.drives"];
 
@@ -221,9 +234,14 @@ fn as_toml(answer: &str) -> String {
 }
 
 impl Proposal {
-    /// Returns the entries without a value.
-    pub fn missing(&self) -> impl Iterator<Item = &Entry> {
-        self.entries.iter().filter(|entry| entry.origin == ValueOrigin::Missing)
+    /// Returns the entries without a value, in the order in which they are asked: an answer may
+    /// settle those that follow.
+    pub fn missing(&self) -> Vec<&Entry> {
+        let place = |key: String| QUESTION_ORDER.iter().position(|begin| key.starts_with(begin));
+        let missing = self.entries.iter().filter(|entry| entry.origin == ValueOrigin::Missing);
+        let mut missing: Vec<&Entry> = missing.collect();
+        missing.sort_by_key(|entry| place(entry.key()).unwrap_or(QUESTION_ORDER.len()));
+        missing
     }
 
     /// Returns the text of the cell file.

@@ -4,7 +4,7 @@
 use core::f64::consts::TAU;
 
 use didim_dynamics::dynamics::{Model, Workspace};
-use didim_dynamics::robot::{JointKind, Robot};
+use didim_dynamics::robot::{JointIndex, JointKind, Robot};
 use didim_formats::{TimeLimits, unwrap_turns};
 
 use super::limits::ProposalLimits;
@@ -235,8 +235,8 @@ impl SignalSurvey<'_> {
         let factors_found: Vec<f64> = gravity.iter().flatten().copied().collect();
         let factors: Vec<String> = gravity
             .iter()
-            .zip(1..)
-            .filter_map(|(factor, joint)| Some((factor.as_ref()?, joint)))
+            .enumerate()
+            .filter_map(|(joint, factor)| Some((factor.as_ref()?, self.label(joint))))
             .map(|(factor, joint)| {
                 format!("{} of it in joint {joint}", significant_digits(*factor, 3))
             })
@@ -263,13 +263,21 @@ impl SignalSurvey<'_> {
         [unit, self.sign(&gravity, &why)]
     }
 
-    /// Proposes the sign from gravity, or else from the friction losses. A joint for which neither
-    /// is conclusive takes the sign of the others.
+    /// Returns number and name of a joint.
+    fn label(&self, joint: usize) -> String {
+        self.robot.joint_label(JointIndex::new(joint))
+    }
+
+    /// Proposes the sign from gravity, or else from the friction losses, joint by joint. If neither
+    /// is conclusive for a joint, the sign is asked.
     fn sign(&self, gravity: &Gravity, why: &str) -> Guess {
         let sign = |of: f64| if of < 0.0 { "-1" } else { "1" };
         let signs: Vec<&str> = gravity.iter().flatten().map(|factor| sign(*factor)).collect();
         let back = self.return_row();
         let share_lost = |joint| self.lost_share(back?, joint);
+        // A joint without gravity stores little energy, so the arm need not be back.
+        let last_row = self.position.first().map_or(0, Vec::len).saturating_sub(1);
+        let share_of_joint = |joint| self.lost_share(last_row, Some(joint));
         let Some(first) = signs.first() else {
             return match share_lost(None) {
                 Some(share) => Guess::assumed(
@@ -284,17 +292,21 @@ impl SignalSurvey<'_> {
         };
         let alike = signs.iter().all(|sign| sign == first);
         let each: Vec<Option<&str>> = (gravity.iter().enumerate())
-            .map(|(joint, factor)| factor.or_else(|| share_lost(Some(joint))).map(sign))
+            .map(|(joint, factor)| factor.or_else(|| share_of_joint(joint)).map(sign))
             .collect();
         if signs.len() == gravity.len() && alike {
             return Guess::from_file((*first).to_owned(), why);
         }
-        if each.iter().flatten().all(|sign| sign == first) {
-            return Guess::assumed(
-                (*first).to_owned(),
-                &format!("{why}; the others are taken alike"),
-            );
+        if each.iter().all(|sign| sign.as_ref() == Some(first)) {
+            let why = format!("{why}; the other joints lose power to friction");
+            return Guess::assumed((*first).to_owned(), &why);
         }
+        let doubtful = (each.iter().enumerate()).filter(|(_, sign)| sign.is_none());
+        let doubtful: Vec<String> = doubtful.map(|(joint, _)| self.label(joint)).collect();
+        let why = match doubtful.is_empty() {
+            true => why.to_owned(),
+            false => format!("{why}; not known of joint {}", doubtful.join(", ")),
+        };
         let value: Vec<String> = each
             .iter()
             .map(|sign| sign.map_or_else(|| quote_text(MISSING_VALUE), str::to_owned))

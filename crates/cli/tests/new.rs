@@ -320,19 +320,48 @@ fn answers_of_the_wrong_type_are_all_named_next_to_what_is_open() {
     let answers = ["--set", "data.side=left", "--set", "urdf.gear_ratios=one"];
     let made = new(folder.path(), &answers);
     assert_eq!(made.code, Some(78), "{}", made.stderr);
-    let cell = folder.path().join("cell.toml");
-    let check = didim(&[&"check", &"--cell", &cell, &"--other-machine", &"--json"]);
-    for said in [&made.stderr, &check.stderr] {
-        for part in
-            [": urdf.drive_inertia: ", "\nand 2 wrong:", ": data.side: ", ": urdf.gear_ratios: "]
-        {
-            assert!(said.contains(part), "{part}: {said}");
-        }
+    for part in
+        [": urdf.drive_inertia: ", "\nand 2 wrong:", ": data.side: ", ": urdf.gear_ratios: "]
+    {
+        assert!(made.stderr.contains(part), "{part}: {}", made.stderr);
     }
+    // Nothing that `check` refuses is written; with the same values written by hand it lists them.
+    let cell = folder.path().join("cell.toml");
+    assert!(!cell.exists());
+    assert_eq!(new(folder.path(), &[]).code, Some(0));
+    let text = fs::read_to_string(&cell).unwrap();
+    let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
+    for (key, line) in [("side = ", "side = \"left\""), ("gear_ratios = ", "gear_ratios = \"one\"")]
+    {
+        let own = lines.iter_mut().find(|own| own.starts_with(key)).unwrap();
+        *own = line.to_owned();
+    }
+    fs::write(&cell, lines.join("\n")).unwrap();
+    let check = didim(&[&"check", &"--cell", &cell, &"--other-machine", &"--json"]);
+    assert!(check.stderr.contains("\nand 2 wrong:"), "{}", check.stderr);
     let findings = &json(&check.stdout)["findings"];
     let keys: Vec<&str> =
         findings.as_array().unwrap().iter().map(|one| one["key"].as_str().unwrap()).collect();
     assert!(keys.contains(&"data.side") && keys.contains(&"urdf.drive_inertia"), "{keys:?}");
+}
+
+/// An answer settles what follows from it, so it is asked first.
+#[test]
+fn questions_come_before_those_that_their_answers_settle() {
+    let folder = folder(["time", "p1", "p2", "tau1", "tau2"], RAD);
+    let asked = |answers: &[&str]| {
+        let made = new(folder.path(), answers);
+        assert_eq!(made.code, Some(0), "{}", made.stderr);
+        fs::remove_file(folder.path().join("cell.toml")).unwrap();
+        let missing = made.stdout.lines().filter_map(|line| line.strip_prefix("missing  "));
+        missing.map(|line| line.split(':').next().unwrap().to_owned()).collect::<Vec<_>>()
+    };
+    let first = asked(&[]);
+    let place = |key: &str| first.iter().position(|own| own == key).unwrap();
+    let order = ["data.position.column", "data.side", "data.position.unit", "data.torque.unit"];
+    assert!(order.is_sorted_by_key(|key| place(key)), "{first:?}");
+    assert!(place("data.side") < place("urdf.gear_ratios"), "{first:?}");
+    assert_eq!(asked(&["--set", "data.position.column=p{axis}"]), ["urdf.drive_inertia"]);
 }
 
 #[test]

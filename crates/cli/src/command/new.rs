@@ -93,42 +93,92 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let mut answers: Answers = answers.iter().cloned().collect();
     let mut proposal = propose(&evidence, out, &answers).map_err(CliError::from_configuration)?;
     if std::io::stdin().is_terminal() && std::io::stderr().is_terminal() {
-        let mut passed_over = Vec::new();
-        loop {
-            let is_new = |entry: &&Entry| !passed_over.contains(&entry.key());
-            let Some(entry) = proposal.missing().find(is_new).cloned() else { break };
-            let Some(value) = ask_question(&entry)? else {
-                passed_over.push(entry.key());
-                continue;
-            };
-            answers.insert(entry.key(), value);
-            match propose(&evidence, out, &answers) {
-                Ok(with_it) => proposal = with_it,
-                // A mistake discards one answer, not all of them.
-                Err(error) => {
-                    answers.remove(&entry.key());
-                    print_note(&format!("{error}\n"));
-                }
+        ask_questions(&evidence, out, &mut answers, &mut proposal)?;
+    }
+    write_cell(&evidence, out, &proposal)?;
+    print(&summary(&proposal))?;
+    print(&format!("\n{} written\n{}", out.display(), next_steps(out, input, &proposal)))
+}
+
+/// Writes the cell file, and the robot description of a bag next to it. A cell that the other
+/// commands refuse is not written: an answer may have another type or length than its key needs.
+fn write_cell(evidence: &Evidence, out: &Path, proposal: &Proposal) -> Result<(), CliError> {
+    let description =
+        evidence.description.as_ref().map(|urdf| (Evidence::description_path(out), urdf));
+    if let Some((path, urdf)) = &description {
+        write_text(path, urdf)?;
+    }
+    if let Some(mistake) = find_mistake(proposal, out) {
+        if let Some((path, _)) = &description {
+            std::fs::remove_file(path).map_err(|error| CliError::in_file(path, error))?;
+        }
+        return Err(CliError::from_configuration(mistake));
+    }
+    write_text(out, &proposal.text())
+}
+
+/// Asks the open questions on the terminal. Each answer is checked at once.
+fn ask_questions(
+    evidence: &Evidence,
+    out: &Path,
+    answers: &mut Answers,
+    proposal: &mut Proposal,
+) -> Result<(), CliError> {
+    let mut passed_over = Vec::new();
+    loop {
+        let is_new = |entry: &&Entry| !passed_over.contains(&entry.key());
+        let Some(entry) = proposal.missing().into_iter().find(is_new).cloned() else {
+            return Ok(());
+        };
+        let key = entry.key();
+        let Some(value) = ask_question(&entry)? else {
+            passed_over.push(key);
+            continue;
+        };
+        answers.insert(key.clone(), value);
+        let with_it = propose(evidence, out, answers).map_err(|error| error.to_string());
+        let with_it = with_it.and_then(|with_it| match mistake_of_key(&with_it, out, &key) {
+            Some(mistake) => Err(mistake),
+            None => Ok(with_it),
+        });
+        match with_it {
+            Ok(with_it) => *proposal = with_it,
+            // A mistake discards one answer, not all of them.
+            Err(mistake) => {
+                answers.remove(&key);
+                print_note(&format!("{mistake}\n"));
             }
         }
     }
-    if let Some(urdf) = &evidence.description {
-        write_text(&description, urdf)?;
+}
+
+/// Returns the mistake that the other commands would find in the proposed cell. Open values are
+/// none.
+fn find_mistake(proposal: &Proposal, out: &Path) -> Option<CellError> {
+    match Cell::check_text(proposal.text(), out) {
+        Ok(()) => None,
+        Err(CellError::Open { wrong, .. }) if wrong.is_empty() => None,
+        Err(error) => Some(error),
     }
-    write_text(out, &proposal.text())?;
-    print(&summary(&proposal))?;
-    // An answer may have another type or length than its key needs.
-    match Cell::read(out) {
-        Ok(_) => {}
-        Err(CellError::Open { wrong, .. }) if wrong.is_empty() => {}
-        Err(error) => return Err(CliError::from_configuration(error)),
+}
+
+/// Returns the mistake in the value of a key.
+fn mistake_of_key(proposal: &Proposal, out: &Path, key: &str) -> Option<String> {
+    match find_mistake(proposal, out)? {
+        CellError::Open { wrong, .. } => {
+            wrong.iter().find(|wrong| wrong.key == key).map(|wrong| wrong.problem.clone())
+        }
+        error @ CellError::Value { .. } => {
+            let is_of_key = matches!(&error, CellError::Value { key: own, .. } if own == key);
+            is_of_key.then(|| error.to_string())
+        }
+        _ => None,
     }
-    print(&format!("\n{} written\n{}", out.display(), next_steps(out, input, &proposal)))
 }
 
 /// Returns what to do with the cell file.
 fn next_steps(out: &Path, input: Option<&PathBuf>, proposal: &Proposal) -> String {
-    match (proposal.missing().count(), input) {
+    match (proposal.missing().len(), input) {
         (0, Some(input)) => NextCommand::new("identify")
             .with_option("--cell", out)
             .with_option("--input", input)
@@ -137,7 +187,8 @@ fn next_steps(out: &Path, input: Option<&PathBuf>, proposal: &Proposal) -> Strin
             .to_string(),
         (0, None) => NextCommand::new("check").with_option("--cell", out).to_string(),
         (open, _) => format!(
-            "{open} open: put them into {} or give them with --set\n{}",
+            "{open} open: put them into {} or give them with --set, the first ones first; they \
+            often settle the others\n{}",
             out.display(),
             NextCommand::new("check").with_option("--cell", out)
         ),
@@ -155,11 +206,10 @@ fn ask_question(entry: &Entry) -> Result<Option<String>, CliError> {
 
 /// Returns one line per key, with the missing keys last.
 fn summary(proposal: &Proposal) -> String {
-    let (missing, answered): (Vec<_>, Vec<_>) =
-        proposal.entries.iter().partition(|entry| entry.origin == ValueOrigin::Missing);
+    let is_answered = |entry: &&Entry| entry.origin != ValueOrigin::Missing;
+    let answered = proposal.entries.iter().filter(is_answered);
     answered
-        .into_iter()
-        .chain(missing)
+        .chain(proposal.missing())
         .map(|entry: &Entry| {
             let said = match entry.origin {
                 ValueOrigin::Missing => String::new(),
