@@ -13,7 +13,10 @@ use crate::analysis::{
     Assignment, ExpectedParameter, Floor, ShapeProblem, TaskParameter, UnreadShape, WantedLoad,
     expectation_line,
 };
-use crate::text::{align_table, significant_digits};
+use crate::text::{align_table, significant_digits, to_uncertainty};
+
+/// Maximum number of digits of a value.
+const MAX_DIGITS: usize = 5;
 
 /// Returns the header of a motion file: the arm, the limits, the checks, and the [expected
 /// deviations](prediction_lines). `keeps_time` is true if the arm follows the motion in time.
@@ -63,7 +66,7 @@ pub fn design_header(
         lines.push("Without parameters the torques of the motion are unknown.".into());
     }
     lines.push("Limits used (SI units):".into());
-    lines.extend(used.iter().map(limit_text));
+    lines.extend(used.iter().map(|used| limit_text(used, &assignment.joint_labels)));
     if keeps_time {
         lines.extend_from_slice(deviations);
     }
@@ -158,8 +161,8 @@ pub fn load_sentence(load: KnownLoad, frame: &NamedFrame) -> String {
 fn moving_joints_text(assignment: &Assignment) -> Option<String> {
     let moving = &assignment.task.moving_joints;
     let joints = |moves: bool| -> Vec<String> {
-        let moving_joints = (1..).zip(moving).filter(|(_, of)| **of == moves);
-        moving_joints.map(|(joint, _)| joint.to_string()).collect()
+        let labels = assignment.joint_labels.iter().zip(moving);
+        labels.filter(|(_, of)| **of == moves).map(|(label, _)| label.clone()).collect()
     };
     let standing = joints(false);
     let words =
@@ -185,7 +188,7 @@ pub fn expectation_text(parameters: &[ExpectedParameter]) -> String {
         })
         .collect();
     let table = align_table(&["parameter", "σ expected", "σ achieved", "unit", "times"], &rows);
-    format!("\n{table}\n{}\n", expectation_summary(parameters))
+    format!("\n{table}σ: statistical standard deviations\n\n{}\n", expectation_summary(parameters))
 }
 
 /// Returns the ratio of the achieved to the expected standard deviation.
@@ -343,13 +346,14 @@ pub(super) fn closing_warning(assignment: &Assignment) -> String {
         + &format!("{}; first run it at 10 % speed\n", collision_statement(assignment))
 }
 
-fn limit_text(used: &UsedLimit) -> String {
+fn limit_text(used: &UsedLimit, labels: &[String]) -> String {
+    let of_joint = labels.get(used.joint.position()).filter(|_| !used.of_motor);
+    let label = of_joint.cloned().unwrap_or_else(|| used.joint.to_string());
     let side = if used.of_motor { "motor" } else { "joint" };
     let [lowest, highest] =
         [used.lower_limit, used.upper_limit].map(|value| significant_digits(value, 5));
     format!(
-        "  {side} {} {}: {lowest} to {highest}, {:.0} % used",
-        used.joint,
+        "  {side} {label} {}: {lowest} to {highest}, {:.0} % used",
         used.kind,
         100.0 * used.used_share
     )
@@ -383,7 +387,7 @@ pub fn conditions_text(assignment: &Assignment, used: &[UsedLimit]) -> String {
     let shares: Vec<String> = shares.collect();
     text += &format!("of the limits it uses: {}\n", shares.join(", "));
     if let Some(moving) = moving_joints_text(assignment) {
-        text += &format!("{} at rest\n", moving.to_lowercase());
+        text += &format!("{moving} at rest\n");
     }
     text + &closing_warning(assignment)
 }
@@ -392,6 +396,10 @@ pub fn conditions_text(assignment: &Assignment, used: &[UsedLimit]) -> String {
 fn parameters_text(assignment: &Assignment, prediction: &Predicted) -> String {
     let number =
         |value: Option<f64>| value.map_or_else(|| "–".into(), |of| significant_digits(of, 3));
+    let value = |own: &TaskParameter| match (own.value, own.standard_deviation) {
+        (Some(value), Some(deviation)) => to_uncertainty(value, deviation, MAX_DIGITS),
+        (value, _) => number(value),
+    };
     let rows: Vec<_> = assignment
         .parameters
         .iter()
@@ -400,7 +408,7 @@ fn parameters_text(assignment: &Assignment, prediction: &Predicted) -> String {
             let share = own.value.map(|value| 100.0 * deviation / value.abs());
             vec![
                 own.name.clone(),
-                number(own.value),
+                value(own),
                 number(own.standard_deviation),
                 significant_digits(*deviation, 3),
                 own.unit.to_owned(),
@@ -408,13 +416,16 @@ fn parameters_text(assignment: &Assignment, prediction: &Predicted) -> String {
                     || "–".into(),
                     |share| format!("{} %", significant_digits(share, 2)),
                 ),
+                own.description.clone().unwrap_or_default(),
             ]
         })
         .collect();
-    let table = align_table(&["parameter", "value", "σ now", "σ then", "unit", "relative"], &rows);
+    let header = ["parameter", "value", "σ now", "σ then", "unit", "relative", "of"];
+    let table = align_table(&header, &rows);
     let condition = significant_digits(prediction.condition_number, 3);
     format!(
-        "{table}\ncondition number of the base columns of inertia along this motion: {condition} \
+        "{table}σ: statistical standard deviations\n\n\
+        condition number of the base columns of inertia along this motion: {condition} \
         (unweighted, no friction)\n"
     )
 }

@@ -90,7 +90,7 @@ pub fn summary(estimate: &Estimate, robot: &Robot) -> String {
     let delays = estimate.torque_delay_per_joint.iter().map(|delay| match delay {
         Some(delay) => format!(
             "{} ± {}",
-            significant_digits(1e6 * delay.delay_s, 3),
+            to_uncertainty(1e6 * delay.delay_s, 1e6 * delay.standard_deviation_s, 4),
             significant_digits(1e6 * delay.standard_deviation_s, 2)
         ),
         None => "–".to_owned(),
@@ -117,7 +117,7 @@ pub fn summary(estimate: &Estimate, robot: &Robot) -> String {
             ]
         })
         .collect();
-    let header = ["", "relative error", "rms [N·m]", "Durbin–Watson", "torque delay [µs]"];
+    let header = ["", "relative error", "rms [N·m]", "Durbin–Watson", "torque delay ± σ [µs]"];
     let mut text = align_table(&header, &joints);
     if !estimate.convergence.is_empty() {
         text += "\n";

@@ -1,6 +1,6 @@
 //! The friction laws that the data chose, as a table for people and lines for the robot file.
 
-use didim_dynamics::robot::JointIndex;
+use didim_dynamics::robot::{FrictionLaw, JointIndex, Robot, SignModel};
 use didim_identification::identification::{ChosenFriction, FrictionChange, FrictionScore};
 
 use super::percent_text;
@@ -11,7 +11,7 @@ use crate::text::align_table;
 /// already has the chosen laws. `added` are the new parameters of these laws, if the cell lists its
 /// parameters.
 pub fn friction_text(chosen: &ChosenFriction, cell: &Cell, added: &[String]) -> String {
-    let rows: Vec<Vec<String>> = gains_text(chosen).map(Vec::from).collect();
+    let rows: Vec<Vec<String>> = gains_text(chosen, &cell.robot).map(Vec::from).collect();
     let mut text = if rows.is_empty() {
         "No other friction law predicts better than the ones of the robot file\n".to_owned()
     } else {
@@ -40,15 +40,47 @@ pub fn friction_text(chosen: &ChosenFriction, cell: &Cell, added: &[String]) -> 
 
 /// Returns the joint, the change, and the joint's held-out error before and after the change, for
 /// each change.
-pub(super) fn gains_text(chosen: &ChosenFriction) -> impl Iterator<Item = [String; 4]> {
+pub(super) fn gains_text<'a>(
+    chosen: &'a ChosenFriction,
+    robot: &'a Robot,
+) -> impl Iterator<Item = [String; 4]> + 'a {
     chosen.gains.iter().map(|gain| {
         let change = match gain.change {
-            FrictionChange::Sign(sign) => format!("sign = {sign}"),
-            FrictionChange::Law(law) => law.to_string(),
+            FrictionChange::Sign(sign) => sign_text(sign),
+            FrictionChange::Law(law) => law_text(law),
         };
         let [before, after] = gain.held_out.map(percent_text);
-        [gain.joint.to_string(), change, before, after]
+        [robot.joint_label(gain.joint), change, before, after]
     })
+}
+
+/// Describes the law for the sign of the speed in friction.
+pub(super) fn sign_text(sign: SignModel) -> String {
+    match sign {
+        SignModel::Sign => "sign of the speed".to_owned(),
+        SignModel::DeadBand { threshold_rad_s } => {
+            format!("sign of the speed from {threshold_rad_s} rad/s on, none below")
+        }
+        SignModel::Tanh { width_rad_s } => {
+            format!("sign of the speed as tanh(speed / {width_rad_s} rad/s)")
+        }
+    }
+}
+
+/// Describes a term of friction beyond viscous and Coulomb friction.
+pub(super) fn law_text(law: FrictionLaw) -> String {
+    match law {
+        FrictionLaw::Quadratic => "viscous friction with the square of the speed".to_owned(),
+        FrictionLaw::Cubic => "viscous friction with the cube of the speed".to_owned(),
+        FrictionLaw::Asymmetric => "viscous friction that differs by direction".to_owned(),
+        FrictionLaw::Load => "Coulomb friction that grows with the load".to_owned(),
+        FrictionLaw::Stribeck { speed_rad_s } => {
+            format!("Stribeck friction below about {speed_rad_s} rad/s")
+        }
+        FrictionLaw::Hysteresis { way_rad } => {
+            format!("hysteresis over {way_rad} rad after a reversal")
+        }
+    }
 }
 
 /// Summarises the effect of all changes in one sentence.

@@ -45,60 +45,65 @@ pub fn gains_text(found: &FoundGains, robot: &Robot) -> String {
     text += &match found.scale {
         Scale::Load(_) => "\nparameters of the arm without the load, with these gains\n".to_owned(),
         Scale::Reference(joint) => format!(
-            "\nparameters of the arm in units of drive {joint}: the true ones are these times true \
-            over stated gain of joint {joint}\n"
+            "\nparameters of the arm in units of drive {}: the true ones are these times true \
+            over stated gain of this joint\n",
+            robot.joint_label(joint)
         ),
     };
     let rows: Vec<Vec<String>> = (found.parameters.iter())
         .map(|of| {
             let (value, sigma) = (of.found.value, of.found.standard_deviation);
             let value = to_uncertainty(value, sigma, MAX_DIGITS);
-            vec![of.name.clone(), value, significant_digits(sigma, 2), of.unit.to_owned()]
+            let description = robot.parameter_description(&of.name).unwrap_or_default();
+            let sigma = significant_digits(sigma, 2);
+            vec![of.name.clone(), value, sigma, of.unit.to_owned(), description]
         })
         .collect();
-    text += &align_table(&["name", "value", deviation_heading(false), "unit"], &rows);
+    text += &align_table(&["name", "value", deviation_heading(false), "unit", "of"], &rows);
 
     let lines = |gain: &FoundGain| Some((gain.joint, gain.cell_line.clone()?));
     let lines: Vec<_> = found.gains.iter().filter_map(lines).collect();
     if !lines.is_empty() {
         text += "\nfor the cell file, under [[bus.drives]]\n";
-        lines.into_iter().for_each(|(joint, line)| text += &format!("{line} # {joint}\n"));
+        lines
+            .into_iter()
+            .for_each(|(joint, line)| text += &format!("{line} # {}\n", robot.joint_label(joint)));
     }
     text += "\n";
-    notes(found).into_iter().for_each(|note| text += &format!("note: {note}\n"));
+    notes(found, robot).into_iter().for_each(|note| text += &format!("note: {note}\n"));
     text
 }
 
-fn joints<'a>(gains: impl Iterator<Item = &'a FoundGain>) -> Option<String> {
-    let joints: Vec<String> = gains.map(|gain| gain.joint.to_string()).collect();
-    (!joints.is_empty()).then(|| joints.join(" "))
-}
-
-fn notes(found: &FoundGains) -> Vec<String> {
+fn notes(found: &FoundGains, robot: &Robot) -> Vec<String> {
     let mut notes = Vec::new();
+    fn joints<'a>(robot: &Robot, gains: impl Iterator<Item = &'a FoundGain>) -> Option<String> {
+        let joints: Vec<String> = gains.map(|gain| robot.joint_label(gain.joint)).collect();
+        (!joints.is_empty()).then(|| joints.join(", "))
+    }
     let mut add_note = |gains: Option<String>, what: &str| {
         notes.extend(gains.map(|gains| format!("joints {gains}: {what}")));
     };
     add_note(
-        joints(found.gains.iter().filter(|gain| gain.found.is_none())),
+        joints(robot, found.gains.iter().filter(|gain| gain.found.is_none())),
         "the recordings do not identify the gain, so the configured value stays; parameters of \
             these joints alone are not identifiable either",
     );
     let against = |gain: &&FoundGain| gain.found.is_some_and(|of| of.value < 0.0);
     add_note(
-        joints(found.gains.iter().filter(against)),
+        joints(robot, found.gains.iter().filter(against)),
         "the sign is opposite to the \
         configured one",
     );
     add_note(
-        joints(found.gains.iter().filter(|gain| gain.key.is_none())),
+        joints(robot, found.gains.iter().filter(|gain| gain.key.is_none())),
         "the cell file has no torque gain; multiply by this factor at the conversion to N·m",
     );
     if let Scale::Reference(joint) = found.scale {
         notes.push(format!(
             "without a load, gains and parameters are proportional to the configured gain of \
-                joint {joint}, which is unchecked; a second recording with a known load \
-                (--loaded) identifies it; σ includes noise only, no model error"
+                joint {}, which is unchecked; a second recording with a known load \
+                (--loaded) identifies it; σ includes noise only, no model error",
+            robot.joint_label(joint)
         ));
         return notes;
     }

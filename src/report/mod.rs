@@ -27,7 +27,7 @@ use didim_identification::identification::{Identification, Prediction};
 
 use crate::text::significant_digits;
 
-pub use advice::{advice_text, missing_text};
+pub use advice::{MissingAdvice, MotionAdvice, advice_text};
 pub use consistent::consistent_summary;
 pub use date::date_text;
 pub use design::{

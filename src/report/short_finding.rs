@@ -26,7 +26,10 @@ pub(super) fn short_text(finding: &Finding, robot: &Robot) -> String {
         Code::JointAtRest => format!("{of} does not move"),
         Code::NegativeParameter => format!("{of} is negative ({figure})"),
         Code::IndefiniteMassMatrix => format!("no positive definite mass matrix ({figure})"),
-        Code::NoBodies => "no physically consistent parameters".to_owned(),
+        Code::NoBodies => match figure.is_empty() {
+            true => "no physically consistent parameters".to_owned(),
+            false => format!("physically consistent parameters only at {figure}"),
+        },
         Code::Controller => format!("command of {of} {figure} from that of the controller"),
         Code::OppositeCommand => format!("command of {of} has the opposite sign"),
         Code::WrongSigns => "torques or positions have the wrong sign".to_owned(),
@@ -63,19 +66,38 @@ pub(super) fn limit_text(finding: &Finding) -> Option<String> {
     Some(figure_text(finding, limit))
 }
 
-/// Formats a number of a finding. Shares are in percent.
+/// Formats a number of a finding in its own unit. Only shares are in percent.
 fn figure_text(finding: &Finding, value: f64) -> String {
-    let is_count = matches!(
-        finding.code,
-        Code::ConditionNumber | Code::FewRows | Code::OtherUnit | Code::TorqueGain
-    );
     let unit = finding.unit.as_deref().unwrap_or_default();
-    match unit {
-        "1" if finding.code == Code::ConditionNumber => format!("{value:.0}"),
-        "1" if is_count => significant_digits(value, 3),
-        "1" => format!("{} %", significant_digits(100.0 * value, 3)),
-        unit => format!("{} {unit}", significant_digits(value, 2)),
+    match (finding.code, unit) {
+        // The distance from physically consistent parameters, from its χ².
+        (Code::NoBodies, _) => format!("{} σ", significant_digits(value.max(0.0).sqrt(), 2)),
+        (Code::ConditionNumber, _) => format!("{value:.0}"),
+        (code, "1") if is_share(code) => format!("{} %", significant_digits(100.0 * value, 3)),
+        (_, "1") => significant_digits(value, 3),
+        (_, unit) => format!("{} {unit}", significant_digits(value, 2)),
     }
+}
+
+/// True if the figure of a finding without a unit is a share of something.
+fn is_share(code: Code) -> bool {
+    matches!(
+        code,
+        Code::TorqueUncertainty
+            | Code::RelativeError
+            | Code::JointError
+            | Code::Extrapolation
+            | Code::JointExtrapolation
+            | Code::CrossValidation
+            | Code::ParameterUncertainty
+            | Code::Controller
+            | Code::WrongSigns
+            | Code::ClippedTorque
+            | Code::ConstantTorque
+            | Code::FrozenPosition
+            | Code::Outliers
+            | Code::UnmodelledEffect
+    )
 }
 
 /// Names the worst parameter, which comes first, and counts the others.
@@ -115,4 +137,43 @@ fn counted(noun: &str, names: impl ExactSizeIterator<Item = String>) -> String {
 /// Returns the part of a message before its remedy.
 pub(super) fn first_clause(message: &str) -> String {
     message.split(": ").next().unwrap_or(message).to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use didim_identification::identification::Severity;
+
+    use super::*;
+
+    fn finding(code: Code, figure: f64, limit: f64) -> Finding {
+        Finding {
+            code,
+            severity: Severity::Blocking,
+            uses: Vec::new(),
+            subject: None,
+            figure: Some(figure),
+            limit: Some(limit),
+            unit: Some("1".to_owned()),
+            set: None,
+            message: String::new(),
+        }
+    }
+
+    #[test]
+    fn only_shares_are_in_percent() {
+        let robot = Robot::from_toml(include_str!("../../config/robots/tx40.toml")).unwrap();
+        for (code, figure, text, limit) in [
+            // Squared distances of 9.3 and 11 standard deviations.
+            (Code::NoBodies, 121.0, "only at 11 σ", "9.3 σ"),
+            (Code::PositionScale, 0.983, "fits at 0.983 times its value", "86.0"),
+            (Code::ConditionNumber, 512.4, "condition number 512", "86"),
+            (Code::FewRows, 3.21, "3.21 independent rows for each parameter", "86.0"),
+            (Code::RelativeError, 0.125, "relative error 12.5 %", "8600 %"),
+        ] {
+            let finding = finding(code, figure, 86.0);
+            let found = short_text(&finding, &robot);
+            assert!(found.ends_with(text), "{found}");
+            assert_eq!(limit_text(&finding).as_deref(), Some(limit), "{code:?}");
+        }
+    }
 }

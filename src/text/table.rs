@@ -76,18 +76,23 @@ pub fn significant_digits(value: f64, digits: usize) -> String {
     format!("{value:.*}", usize::try_from(decimals).unwrap_or(0))
 }
 
-/// Formats a number with the digits that its standard deviation justifies, down to a tenth of it,
-/// but with at most `most` digits.
+/// Formats a number with the digits that its standard deviation justifies: to the last digit of a
+/// standard deviation of two significant digits, but with at most `most` digits (GUM, 7.2.6).
 pub fn to_uncertainty(value: f64, standard_deviation: f64, most: usize) -> String {
-    let ratio = (value / standard_deviation).abs();
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "clamped to 2..=7 digits"
-    )]
-    let digits =
-        if ratio.is_finite() { (ratio.log10().floor() + 3.0).clamp(2.0, 7.0) as usize } else { 4 };
-    significant_digits(value, digits.min(most))
+    let is_known = standard_deviation.is_finite() && standard_deviation != 0.0;
+    if !(is_known && value.is_finite()) || value == 0.0 {
+        return significant_digits(value, most.min(4));
+    }
+    #[expect(clippy::cast_possible_truncation, reason = "an exponent of f64 is within ±324")]
+    let [exponent, last] = [value, standard_deviation].map(|of| of.abs().log10().floor() as i32);
+    let digits = usize::try_from(exponent - last + 2).unwrap_or(0);
+    if digits > 0 || !(-5..=1).contains(&last) {
+        return significant_digits(value, digits.clamp(1, most));
+    }
+    // The value is less than a unit of the last digit.
+    let text = format!("{value:.*}", usize::try_from(1 - last).unwrap_or(0));
+    let is_zero = !text.contains(|c: char| ('1'..='9').contains(&c));
+    if is_zero { text.trim_start_matches('-').to_owned() } else { text }
 }
 
 #[cfg(test)]
@@ -98,6 +103,24 @@ mod tests {
     fn columns_align_by_characters() {
         let rows = vec![vec!["ψ".into(), "1.5".into()], vec!["zz1r".into(), "-12".into()]];
         assert_eq!(align_table(&["name", "σ"], &rows), "name    σ\nψ     1.5\nzz1r  -12\n");
+    }
+
+    #[test]
+    fn values_end_with_the_last_digit_of_their_uncertainty() {
+        for (value, deviation, text) in [
+            (4.739_01, 0.021, "4.739"),
+            (-0.013_14, 0.0086, "-0.0131"),
+            (5.806_861, 0.0023, "5.8069"),
+            (0.000_35, 0.0033, "0.0004"),
+            (-0.000_001, 0.1, "0.00"),
+            (2.5, 0.0, "2.500"),
+            (0.0, 0.1, "0"),
+            (123.456, 2.5, "123.5"),
+            (8.1, 441.0, "8"),
+            (1.234_567_89, 1e-9, "1.234568"),
+        ] {
+            assert_eq!(to_uncertainty(value, deviation, 7), text, "{value} ± {deviation}");
+        }
     }
 
     #[test]

@@ -92,6 +92,18 @@ pub(super) fn check_place(path: &Path) -> Result<(), CliError> {
     tempfile::tempfile_in(folder).map(drop).map_err(|error| write_error(path, &error))
 }
 
+/// Checks a folder in which files will be written. It may be created.
+///
+/// # Errors
+/// Names the folder and the remedy.
+pub(super) fn check_folder(path: &Path) -> Result<(), CliError> {
+    let wrong = |error: &std::io::Error| {
+        CliError::in_file(path, format!("{error}; name a writable folder"))
+    };
+    std::fs::create_dir_all(path).map_err(|error| wrong(&error))?;
+    tempfile::tempfile_in(path).map(drop).map_err(|error| wrong(&error))
+}
+
 /// Checks that a file to be written is not one of the input files.
 ///
 /// # Errors

@@ -137,6 +137,8 @@ impl WantedLoad {
 pub struct TaskParameter {
     /// Its name.
     pub name: String,
+    /// The joint or the links that it describes, by their names in the URDF.
+    pub description: Option<String>,
     /// The SI unit of its value.
     pub unit: &'static str,
     /// Its value in the result.
@@ -156,6 +158,8 @@ pub struct Assignment {
     pub measured_noise: bool,
     /// The load to identify.
     pub load: Option<WantedLoad>,
+    /// Number and name of each joint.
+    pub joint_labels: Vec<String>,
     /// Coverage of the collision check.
     pub checked_links: CheckedLinks,
 }
@@ -283,6 +287,7 @@ fn unknown_parameters(
             let (value, standard_deviation) = (None, None);
             TaskParameter {
                 name: name.clone(),
+                description: robot.parameter_description(name),
                 unit: unit(name).unwrap_or(""),
                 value,
                 standard_deviation,
@@ -407,7 +412,9 @@ impl DesignArm<'_> {
             let standard_parameters = standard.ok_or(AssignmentError::NoCovariance)?;
             load = Some(WantedLoad { expected_load, frame: frame.clone(), standard_parameters });
         }
-        Ok(Assignment { task, parameters: self.parameters, measured_noise, load, checked_links })
+        let labels = (0..joints).map(|joint| robot.joint_label(JointIndex::new(joint)));
+        let (parameters, joint_labels) = (self.parameters, labels.collect());
+        Ok(Assignment { task, parameters, measured_noise, load, joint_labels, checked_links })
     }
 }
 
@@ -415,7 +422,7 @@ impl DesignArm<'_> {
 ///
 /// # Errors
 /// [`AssignmentError::NoTorqueLimit`].
-fn assumed_noise(robot: &Robot) -> Result<Vec<f64>, AssignmentError> {
+pub(super) fn assumed_noise(robot: &Robot) -> Result<Vec<f64>, AssignmentError> {
     let limits = robot.limits().enumerate();
     let noise = limits.map(|(joint, limits): (usize, &Limits)| {
         let joint = JointIndex::new(joint);

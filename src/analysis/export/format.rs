@@ -159,8 +159,12 @@ impl ConsistentModel<'_> {
         let masses = masses.filter(|(_, parameter)| parameter.kind == ParameterKind::M);
         lines.extend(masses.map(|(mass, parameter)| {
             format!(
-                "Mass of link {}: {:.4} kg, decided by {}.",
+                "Mass of link {}{}: {:.4} kg, decided by {}.",
                 parameter.joint,
+                self.cell
+                    .robot
+                    .link_name(parameter.joint)
+                    .map_or_else(String::new, |name| { format!(" ({name})") }),
                 mass.value,
                 source_of_value(mass.class)
             )

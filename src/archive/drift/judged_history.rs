@@ -197,6 +197,14 @@ impl JudgedHistory {
         values.map(|found| found.unit.as_str()).find(|unit| !unit.is_empty()).unwrap_or_default()
     }
 
+    /// Returns what a parameter describes, by the names of the robot file. `None` if no result says
+    /// so.
+    pub fn description(&self, parameter: &str) -> Option<&str> {
+        let newest_first = self.entries.iter().rev();
+        let mut values = newest_first.filter_map(|entry| entry.line.parameter(parameter));
+        values.find_map(|found| found.description.as_deref())
+    }
+
     /// Returns the earliest and the latest time of a result. `None` if no result was stored with a
     /// set clock. Lines are in the order in which they were stored. A clock that was set back
     /// breaks the order of the times.

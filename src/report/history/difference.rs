@@ -116,12 +116,13 @@ impl Difference {
                     format!("{:+.2} %", 100.0 * row.relative_change),
                     format!("{:+.1}", row.deviation_sigma),
                     band,
+                    row.values[1].description.clone().unwrap_or_default(),
                 ]
             })
             .collect();
         let [then, now] = self.results.map(|number| format!("result {number}"));
         let mut text = align_table(
-            &["parameter", &then, &now, "unit", "Δ", "relative", "Δ [σ]", "of the band"],
+            &["parameter", &then, &now, "unit", "Δ", "relative", "Δ [σ]", "of the band", "of"],
             &rows,
         );
         if !self.torques.is_empty() {

@@ -126,9 +126,33 @@ pub fn summary(history: &JudgedHistory) -> String {
         text += &format!("alarm: {}\n", alarm.sentence());
     }
     if status.alarms.is_empty() && status.compared {
-        text += "every parameter is in its band, or was not outside often enough for an alarm\n";
+        text += &match outside_text(history) {
+            Some(outside) => format!("no alarm; {outside}\n"),
+            None => "every parameter is in its band\n".to_owned(),
+        };
     }
     text
+}
+
+/// Lists the parameters that the last compared result has outside their bands, the farthest first.
+/// `None` if there is none.
+pub(super) fn outside_text(history: &JudgedHistory) -> Option<String> {
+    let tracker = history.tracker.as_ref()?;
+    let changes = history.parameters().into_iter().filter_map(|name| tracker.last_change(name));
+    let mut outside: Vec<_> = changes.filter(|change| change.band_share() > 1.0).collect();
+    outside.sort_by(|one, other| other.band_share().total_cmp(&one.band_share()));
+    let described = outside.iter().map(|change| {
+        let name = &change.parameter;
+        let description = history.description(name).map(|of| format!(" ({of})"));
+        format!("{name}{}", description.unwrap_or_default())
+    });
+    let described: Vec<String> = described.collect();
+    (!described.is_empty()).then(|| {
+        format!(
+            "outside its band in the last result, and not often enough for an alarm: {}",
+            described.join(", ")
+        )
+    })
 }
 
 #[cfg(test)]

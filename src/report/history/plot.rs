@@ -56,7 +56,9 @@ pub fn plot(history: &JudgedHistory, parameter: &str, columns: usize) -> Option<
         "" => String::new(),
         unit => format!(" [{unit}]"),
     };
-    let mut text = format!("{parameter}{unit}, ±2σ");
+    let description = history.description(parameter).map(|of| format!("{of}: "));
+    let description = description.unwrap_or_default();
+    let mut text = format!("{description}{parameter}{unit}, ±2σ (statistical)");
     if band.is_some() {
         text += "; dotted: the baseline and its band";
     }

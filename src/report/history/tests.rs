@@ -257,6 +257,24 @@ fn the_rows_of_the_report_stand_by_the_share_of_their_bands() {
     assert!(table.contains("N·m"));
 }
 
+/// A line from day to day, none across ten days without a result, and a value outside that raises
+/// no alarm yet.
+#[test]
+fn a_gap_has_no_line_and_no_alarm_is_not_a_band() {
+    let mut lines: Vec<_> = [0, 1, 2, 3, 14, 15].map(|day| line(day, 6.0)).into();
+    lines.push(line(16, 6.9));
+    lines[6].parameters[0].description = Some("Coulomb friction of joint 3, `elbow`".into());
+    let baseline = Baseline::from_result(lines[0].clone());
+    let history = JudgedHistory::new(lines, Some(baseline), DriftOptions::default());
+    let html = HistoryReport { history: &history, parameters: &["fc3"] }.to_html();
+    let spark = html.split_once("class=\"spark\"").unwrap().1.split_once("</svg>").unwrap().0;
+    assert_eq!(spark.matches("class=\"line\"").count(), 2, "{spark}");
+    assert!(html.contains("<h2>No alarm</h2>") && !html.contains("Every parameter"), "{html}");
+    assert!(html.contains("fc3 (Coulomb friction of joint 3, <code>elbow</code>)"), "{html}");
+    assert!(summary(&history).contains("fc3 (Coulomb friction of joint 3, `elbow`)"));
+    assert!(plot(&history, "fc3", 42).unwrap().starts_with("Coulomb friction of joint 3, "));
+}
+
 #[test]
 fn what_happened_before_what_is_shown_is_not_drawn() {
     let mut history = history();

@@ -8,7 +8,7 @@ use std::fmt::Write as _;
 use didim_formats::RecordingStart;
 use maud::{Markup, html};
 
-use super::super::history::drift_text;
+use super::super::history::{drift_text, outside_text};
 use super::super::panel::{
     PANEL_HEIGHT, PANEL_WIDTH, PLOT_BOTTOM, PLOT_LEFT, PLOT_RIGHT, PLOT_TOP, ticks,
 };
@@ -81,7 +81,9 @@ impl HistoryReport<'_> {
         };
         let status = tracker.status();
         let raised = !status.alarms.is_empty();
+        let outside = outside_text(self.history).filter(|_| status.compared && !raised);
         let heading = match status.alarms.len() {
+            0 if outside.is_some() => "No alarm".to_owned(),
             0 if status.compared => "Every parameter in its band".to_owned(),
             0 => "The last result is not compared".to_owned(),
             1 => "One parameter has left its band".to_owned(),
@@ -94,6 +96,7 @@ impl HistoryReport<'_> {
                     "The baseline is result " (status.baseline) " of " (status.time.minute())
                     " (UTC)."
                 }
+                @if let Some(outside) = &outside { p { (to_sentence(outside)) } }
                 @if let Some(why) = &status.why_not { p { (to_sentence(why)) } }
                 @if let Some(text) = self.history.undated_text() { p { (to_sentence(&text)) } }
                 @if status.reconfigured {
@@ -134,8 +137,13 @@ impl HistoryReport<'_> {
                 figure.alarmed[since.is_some()] {
                     (self.chart(name, since))
                     @let tracker = self.history.tracker.as_ref();
-                    @if let Some(text) = tracker.and_then(|tracker| tracker.sentence(name)) {
-                        figcaption { (text) "." }
+                    @let text = tracker.and_then(|tracker| tracker.sentence(name));
+                    @let description = self.history.description(name);
+                    @if text.is_some() || description.is_some() {
+                        figcaption {
+                            @if let Some(of) = description { (to_sentence(of)) " " }
+                            @if let Some(text) = text { (text) "." }
+                        }
                     }
                 }
             } }

@@ -5,6 +5,9 @@ use maud::{Markup, html};
 
 use super::{Report, number_text, section as framed};
 
+/// Largest number of rows of a table that is not folded. Convention: a screen.
+const MAX_OPEN_ROWS: usize = 24;
+
 /// Creates a table of parameters and motions or time slices. The cells are shaded by the share of
 /// the information, and also contain it as a number.
 pub(super) fn section(report: &Report<'_>) -> Markup {
@@ -13,7 +16,7 @@ pub(super) fn section(report: &Report<'_>) -> Markup {
         return html! {};
     }
     let parameters = &report.identification.estimate.parameters;
-    let content = html! {
+    let table = html! {
         div.scroll { table.information {
             thead { tr {
                 th scope="col" {
@@ -25,10 +28,16 @@ pub(super) fn section(report: &Report<'_>) -> Markup {
                 }
             } }
             tbody { @for (parameter, shares) in parameters.iter().zip(shares) { tr {
-                th scope="row" { (parameter.name) }
+                th scope="row" title=[parameter.description.as_ref()] { (parameter.name) }
                 @for share in shares { (share_cell(*share)) }
             } } }
         } }
+    };
+    let content = match parameters.len() > MAX_OPEN_ROWS {
+        true => html! {
+            details { summary { "Table of " (parameters.len()) " parameters" } (table) }
+        },
+        false => table,
     };
     let explanation = format!(
         "Share of the information on each parameter that comes from each {}, in per cent: the \

@@ -1,12 +1,13 @@
 //! The torques and residuals of each joint.
 
 use didim_dynamics::robot::{JointIndex, Robot};
-use didim_identification::identification::Estimate;
+use didim_identification::identification::{Estimate, TorqueDelay};
 use didim_identification::regression::{RobustLoss, autocorrelation};
 use maud::{Markup, html};
 
 use super::super::{TorquePanel, figure, joint_panels};
-use super::{Report, chart, number_text, percent_text, probability, section};
+use super::{Report, chart, number_text, percent_text, probability, section, with_real_minus};
+use crate::text::to_uncertainty;
 
 /// Plots measured and predicted torque over time, with the errors of each joint.
 pub(super) fn torque_section(report: &Report<'_>) -> Markup {
@@ -174,13 +175,13 @@ pub(super) fn delay_section(estimate: &Estimate, robot: &Robot) -> Markup {
             thead { tr {
                 th scope="col" { "Joint" }
                 th.number scope="col" { "Delay" }
-                th.number scope="col" { "σ" }
+                th.number scope="col" { "σ (statistical)" }
                 th.bar scope="col" { (chart::delay_labels(reach)) }
             } }
             tbody { @for (k, delay) in estimate.torque_delay_per_joint.iter().enumerate() { tr {
                 th scope="row" { (robot.joint_label(JointIndex::new(k))) }
                 @if let Some(delay) = delay {
-                    td.number { (number_text(1e6 * delay.delay_s, 3)) " µs" }
+                    td.number { (delay_text(delay)) " µs" }
                     td.number { (number_text(1e6 * delay.standard_deviation_s, 2)) " µs" }
                     td.bar { (chart::delay(*delay, reach)) }
                 } @else {
@@ -194,6 +195,12 @@ pub(super) fn delay_section(estimate: &Estimate, robot: &Robot) -> Markup {
     let explanation = "Delay of each torque beyond that of the cell file, with two standard \
                        deviations to either side; negative means earlier.";
     section("Torque delays", explanation, &content)
+}
+
+/// Formats a delay \[µs\] with the digits that its uncertainty allows.
+fn delay_text(delay: &TorqueDelay) -> String {
+    let [value, deviation] = [delay.delay_s, delay.standard_deviation_s].map(|of_s| 1e6 * of_s);
+    with_real_minus(&to_uncertainty(value, deviation, 4))
 }
 
 fn text_at(values: &[f64], k: usize, text: impl Fn(f64) -> String) -> String {

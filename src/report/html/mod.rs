@@ -5,6 +5,7 @@
 //! date of its creation, so that the same input gives the same bytes. The HTML builder escapes all
 //! text from files, without exception.
 
+mod advice;
 mod baseline;
 pub mod chart;
 mod expectation;
@@ -31,6 +32,7 @@ pub use prediction::PredictionReport;
 pub use preview::preview_page;
 pub use provenance::{InputFile, Origin, SampleRange, entries as provenance_entries};
 
+use super::MissingAdvice;
 use crate::analysis::ExpectedParameter;
 use crate::archive::drift::DriftStatus;
 use crate::cell::Cell;
@@ -49,9 +51,8 @@ pub struct Report<'a> {
     pub origin: &'a Origin,
     /// Predictions for the motion. Empty if no designed motion was named.
     pub expectation: &'a [ExpectedParameter],
-    /// Insufficient parameters and the motions that improve them, as text
-    /// ([`missing_text`](super::missing_text)). Empty if this was not requested.
-    pub advice: &'a str,
+    /// Insufficient parameters and the motions that improve them. `None` if this was not requested.
+    pub advice: Option<&'a MissingAdvice>,
     /// Comparison of a stored result with the baseline.
     pub drift: Option<&'a DriftStatus>,
 }
@@ -59,7 +60,7 @@ pub struct Report<'a> {
 impl<'a> Report<'a> {
     /// Creates a report of a result alone, without predictions and without advice.
     pub fn new(cell: &'a Cell, identification: &'a Identification, origin: &'a Origin) -> Self {
-        Self { cell, identification, origin, expectation: &[], advice: "", drift: None }
+        Self { cell, identification, origin, expectation: &[], advice: None, drift: None }
     }
 
     /// Returns the report as HTML.
@@ -74,7 +75,7 @@ impl<'a> Report<'a> {
                 (joints::delay_section(estimate, &self.cell.robot))
                 (information::section(self))
                 (expectation::section(self.expectation))
-                (advice_section(self.advice))
+                (self.advice.map_or_else(Markup::default, advice::section))
                 (friction::section(self))
                 (nuisance_parameters::section(self))
                 (summary::convergence_section(&estimate.convergence))
@@ -105,20 +106,6 @@ impl<'a> Report<'a> {
             "decimated observation matrix"
         }
     }
-}
-
-/// Creates the section on insufficient parameters.
-fn advice_section(text: &str) -> Markup {
-    if text.is_empty() {
-        return html! {};
-    }
-    let explanation =
-        "As didim advise says it, for motions within half of the largest speeds and accelerations.";
-    section(
-        "Missing parameters, and motions that identify them",
-        explanation,
-        &html! { pre.words { (text) } },
-    )
 }
 
 #[cfg(test)]

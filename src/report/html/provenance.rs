@@ -139,7 +139,9 @@ pub(super) fn section(report: &Report<'_>) -> Markup {
         @if let Some(options) = options(report) {
             details {
                 summary { "Options of " (report.identification.estimate.method) }
-                pre { (options) }
+                dl.expressions { @for (key, value) in options {
+                    div { dt { (key) } dd { (value) } }
+                } }
             }
         }
     };
@@ -233,12 +235,41 @@ fn seconds_text(samples: usize, rate_hz: f64) -> String {
 }
 
 /// Formats the options of the method as in a cell file.
-fn options(report: &Report<'_>) -> Option<String> {
+fn options(report: &Report<'_>) -> Option<Vec<(String, String)>> {
     let method: Method = report.identification.estimate.method.parse().ok()?;
     let options = &report.cell.options;
-    if method.simulates() {
-        return toml::to_string_pretty(options).ok();
+    let used = match method.simulates() {
+        true => options.clone(),
+        false => Options { controller: None, simulation: Default::default(), ..options.clone() },
+    };
+    let mut entries = Vec::new();
+    add_values(&mut entries, "", &toml::Value::try_from(used).ok()?);
+    Some(entries)
+}
+
+/// Adds each value of a table with its key, which contains those of the tables around it.
+fn add_values(entries: &mut Vec<(String, String)>, key: &str, value: &toml::Value) {
+    match value {
+        toml::Value::Table(table) => {
+            for (name, value) in table {
+                let dot = if key.is_empty() { "" } else { "." };
+                add_values(entries, &format!("{key}{dot}{name}"), value);
+            }
+        }
+        toml::Value::Array(values) if values.iter().any(toml::Value::is_table) => {
+            for (number, value) in (1..).zip(values) {
+                add_values(entries, &format!("{key}[{number}]"), value);
+            }
+        }
+        value => entries.push((key.to_owned(), value.to_string())),
     }
-    let unused = Options { controller: None, simulation: Default::default(), ..options.clone() };
-    toml::to_string_pretty(&unused).ok()
+}
+
+/// Returns the date of the recording, as far as it is known.
+pub(super) fn recording_date(origin: &Origin) -> String {
+    let written = origin.input.as_ref().and_then(|input| input.written);
+    match &origin.samples {
+        SampleRange::Measurement { recorded, .. } => date_text(*recorded, written),
+        SampleRange::Window(window) => date_text(window.recorded, written),
+    }
 }

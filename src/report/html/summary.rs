@@ -1,14 +1,15 @@
 //! The first and the last part of the report. The first part describes the arm, the verdict and the
 //! quality of the result. The last part describes how the result was found.
 
-use didim_identification::identification::{ConvergenceStep, Method, Use};
+use didim_dynamics::robot::JointIndex;
+use didim_identification::identification::{ConvergenceStep, Estimate, Method, Use};
 use maud::{Markup, html};
 
 use super::super::convergence::draw_panel;
 use super::super::names::name_joints;
 use super::super::uses::{self, Headline, has_refused_use, shown_notes};
 use super::page::to_sentence;
-use super::{Report, chart, number_text, percent_text, section};
+use super::{Report, chart, number_text, percent_text, provenance, section};
 use crate::text::few_listed;
 
 pub(super) fn heading(report: &Report<'_>) -> Markup {
@@ -22,6 +23,7 @@ pub(super) fn heading(report: &Report<'_>) -> Markup {
                 "Cell " strong { (report.cell.name) } ", method " strong { (estimate.method) }
                 @if let Some(method) = method { " (" (method) ")" }
             }
+            p { "Recorded: " (provenance::recording_date(report.origin)) }
         }
     }
 }
@@ -64,7 +66,26 @@ pub(super) fn verdict_section(report: &Report<'_>) -> Markup {
                 p { "Notes on the result:" }
                 ul { @for note in notes { li { (to_sentence(&note)) } } }
             }
+            (next_step(estimate))
         }
+    }
+}
+
+/// Names the next step: improve what is refused, or test and use the result.
+fn next_step(estimate: &Estimate) -> Markup {
+    match has_refused_use(estimate) {
+        true => html! {
+            p {
+                "Next: " code { "didim advise" } " lists motions for what is missing, and "
+                code { "didim design" } " designs one of all joints."
+            }
+        },
+        false => html! {
+            p {
+                "Next: " code { "didim predict" } " tests the result with another recording, and "
+                code { "didim export" } " writes it as a model for other tools."
+            }
+        },
     }
 }
 
@@ -86,14 +107,14 @@ fn missing_section(report: &Report<'_>) -> Markup {
         return html! {};
     }
     let limits = report.cell.robot.limits();
-    let still: Vec<String> = (1..)
+    let still: Vec<String> = (0..)
         .zip(estimate.reached_per_joint.iter().zip(limits))
         .filter(|(_, (reached, limits))| {
             limits
                 .velocity_max
                 .is_some_and(|most| reached.highest_speed() < BARELY_MOVING_SHARE * most)
         })
-        .map(|(joint, _): (usize, _)| joint.to_string())
+        .map(|(joint, _): (usize, _)| report.cell.robot.joint_label(JointIndex::new(joint)))
         .collect();
     html! {
         p {

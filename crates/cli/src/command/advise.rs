@@ -14,7 +14,7 @@ use crate::output::{check_outputs, print, write_text};
 use crate::progress::WorkIndicator;
 use didim::analysis::{AdviceForResult, OTHER_CONFIGURATION, StoredModel};
 use didim::cell::Cell;
-use didim::report::{advice_text, missing_text, prediction_lines};
+use didim::report::{MissingAdvice, advice_text, prediction_lines};
 use didim_identification::identification::Estimate;
 
 #[derive(Debug, Args)]
@@ -73,13 +73,13 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     Ok(())
 }
 
-/// Describes the insufficiently identified parameters of a result in words.
-pub(super) fn advice_for(cell: &Cell, estimate: &Estimate) -> Result<String, CliError> {
+/// Returns the insufficiently identified parameters of a result, and motions for them.
+pub(super) fn advice_for(cell: &Cell, estimate: &Estimate) -> Result<MissingAdvice, CliError> {
     let json = serde_json::to_vec(estimate).map_err(CliError::from_failure)?;
     let read = StoredModel::parse(&json, Path::new("the result"), cell.clone());
     let (model, cell) = read.map_err(CliError::from_failure)?;
     let (subject, advised) = compute_advice(&cell, &model, &LimitShares::default())?;
-    Ok(missing_text(&cell.robot, &subject.assignment, &advised))
+    Ok(MissingAdvice::new(&cell.robot, &subject.assignment, &advised))
 }
 
 fn compute_advice(

@@ -8,6 +8,8 @@ use serde::Serialize;
 
 use crate::CliError;
 use crate::input::Samples;
+use crate::next::NextCommand;
+use crate::notes::print_note;
 use crate::output::{check_outputs, print, print_json, write_text, write_whole};
 use crate::state::WhichState;
 use crate::stream::InputFileOrStream;
@@ -113,7 +115,9 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         let sentence = history.tracker.as_ref().and_then(|tracker| tracker.sentence(name));
         text += &sentence.map_or(String::new(), |sentence| format!("{sentence}\n"));
     }
-    print_for_terminal(&text)
+    print_for_terminal(&text)?;
+    print_note(&NextCommand::with_report(arguments.report.as_ref(), false));
+    Ok(())
 }
 
 /// Prints the events of a results folder.

@@ -18,7 +18,7 @@ use crate::input::{Samples, signal_source};
 use crate::names::{DEFAULT_CELL, REPORT_FILE, RESULT_FILE, method_parser};
 use crate::next::NextCommand;
 use crate::notes::print_note;
-use crate::output::{check_outputs, print, write_figure, write_report, write_text};
+use crate::output::{check_folder, check_outputs, print, write_figure, write_report, write_text};
 use crate::progress::WorkIndicator;
 use crate::required_uses::RequiredUses;
 use crate::stored_result::{StoredResult, store_result};
@@ -34,7 +34,7 @@ use didim::analysis::{
 use didim::archive::store::{Recordings, Timestamp};
 use didim::cell::{Cell, SignalSource};
 use didim::report::html::{InputFile, Origin, Report, SampleRange};
-use didim::report::{self, date_text};
+use didim::report::{self, MissingAdvice, date_text};
 use didim::text::align_table;
 use didim::window::DriveReadings;
 use didim_formats::{Measurement, RecordingStart};
@@ -251,6 +251,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let read = input.iter().chain([cell_file, &cell.robot_file]);
     let read: Vec<&Path> = read.map(PathBuf::as_path).collect();
     check_outputs(figure.iter().chain(report).chain(out), &read)?;
+    arguments.state.as_deref().map(check_folder).transpose()?;
     let designed = arguments.designed.as_deref().map(DesignedMotion::read);
     let designed = designed.transpose().map_err(CliError::from_failure)?;
     let inputs = input.iter().map(|path| InputFileOrStream::open(path));
@@ -476,9 +477,14 @@ fn store_report(
     let origin = Origin { input: Some(input), samples, further_files: origins, note: None };
     let advice = &WorkIndicator::start("trying motions")
         .show_during(|| advice_for(cell, &identification.estimate))
-        .unwrap_or_else(|error| format!("no motion was tried: {error}"));
-    let report =
-        Report { expectation: predicted, advice, ..Report::new(cell, identification, &origin) };
+        .unwrap_or_else(|error| {
+            MissingAdvice::from_problem(format!("no motion was tried: {error}"))
+        });
+    let report = Report {
+        expectation: predicted,
+        advice: Some(advice),
+        ..Report::new(cell, identification, &origin)
+    };
     write_report(path, &report)
 }
 

@@ -124,6 +124,23 @@ fn a_use_of_the_compared_results_is_required() {
     assert!(refused.stderr.contains("not usable for physical-values: IDIM-LS: "));
 }
 
+/// A controller that no arm follows: the results of the others are there, and exit code 3 says once
+/// that one is missing.
+#[test]
+fn a_method_without_a_result_is_said_once() {
+    let (gain, unstable) = ("kd_s_per_rad = 2.5361", "kd_s_per_rad = 2536.1");
+    let configuration = Configuration::with_edit("cells/tx40-packed-fd.toml", gain, unstable);
+    let (cell, log) = (configuration.packed_cell(), &data().packed_log);
+    let compare = ["compare", "--cell", &cell, "--input", log, "--folds", "0", "--json"];
+    let outcome = didim(&[&compare[..], &["--methods", "idim-ls,didim"]].concat());
+    assert_eq!(outcome.code, Some(3), "{}", outcome.stderr);
+    assert_eq!(outcome.stderr.matches("DIDIM").count(), 1, "{}", outcome.stderr);
+    assert!(outcome.stderr.contains("1 of 2 runs"), "{}", outcome.stderr);
+    let methods = &serde_json::from_str::<Value>(&outcome.stdout).unwrap()["methods"];
+    assert_eq!(methods[0]["estimate"]["parameters"].as_array().unwrap().len(), 28);
+    assert_eq!((&methods[0]["failure"], &methods[1]["estimate"]), (&Value::Null, &Value::Null));
+}
+
 /// A twentieth of a second has fewer rows than parameters.
 #[test]
 fn without_any_result_there_is_no_comparison() {

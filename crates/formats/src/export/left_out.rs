@@ -30,6 +30,8 @@ pub struct LeftOut {
     pub quantity: &'static str,
     /// The joint or motor.
     pub joint: JointIndex,
+    /// Number and name of the joint.
+    pub joint_label: String,
 }
 
 impl LeftOut {
@@ -43,7 +45,9 @@ impl LeftOut {
                 let quantity = unsupported_quantity(robot, parameter.kind, holder)?;
                 let unit = parameter.kind.unit(robot.chain()[parameter.joint].kind);
                 let (name, value) = (Some(name.clone()), Some(*value));
-                Some(Self { name, value, unit, quantity, joint: parameter.joint })
+                let joint = parameter.joint;
+                let joint_label = robot.joint_label(joint);
+                Some(Self { name, value, unit, quantity, joint, joint_label })
             })
             .collect();
         let known_torques =
@@ -54,6 +58,7 @@ impl LeftOut {
             unit: robot.chain()[joint].kind.torque_unit(),
             quantity: "additional torque from the robot file",
             joint: JointIndex::new(joint),
+            joint_label: robot.joint_label(JointIndex::new(joint)),
         }));
         omitted
     }
@@ -90,10 +95,12 @@ fn unsupported_quantity(
 
 impl fmt::Display for LeftOut {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { name, value, unit, quantity: what, joint } = self;
-        write!(f, "{what}, joint {joint}")?;
+        let Self { name, value, unit, quantity, joint_label, .. } = self;
+        write!(f, "{quantity}, joint {joint_label}")?;
         if let (Some(name), Some(value)) = (name, value) {
-            write!(f, ": {name} = {value:?} {unit}")?;
+            // Six significant digits, without zeros at the end.
+            let rounded = format!("{value:.5e}").parse().unwrap_or(*value);
+            write!(f, ": {name} = {rounded:?} {unit}")?;
         }
         Ok(())
     }

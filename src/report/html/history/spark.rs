@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use maud::{Markup, PreEscaped, html};
 
 use super::super::super::figure::draw_curve;
+use super::super::page::with_code;
 use super::super::{number_text, percent_text, with_real_minus};
 use super::HistoryReport;
 use crate::text::to_uncertainty;
@@ -13,6 +14,9 @@ use crate::text::to_uncertainty;
 const CURVE_SIZE: (f64, f64) = (180.0, 24.0);
 /// Margin at the edges of a small curve, so that the last point is not clipped.
 const CURVE_MARGIN: f64 = 3.0;
+/// A distance of results above this multiple of the median one is a gap. Convention: one or two
+/// missing results are none.
+const GAP_FACTOR: f64 = 4.0;
 
 /// Creates a row per parameter. Those with the largest share of their bands come first.
 pub(super) fn section(report: &HistoryReport<'_>) -> Markup {
@@ -25,7 +29,7 @@ pub(super) fn section(report: &HistoryReport<'_>) -> Markup {
                 th scope="col" { "Parameter" }
                 th scope="col" { "Over time" }
                 th.number scope="col" { "Last value" }
-                th.number scope="col" { "σ" }
+                th.number scope="col" { "σ (statistical)" }
                 th scope="col" { "Unit" }
                 th.number scope="col" { "Change" }
                 th.number scope="col" { "Share of band" }
@@ -47,7 +51,12 @@ fn row(report: &HistoryReport<'_>, name: &str) -> Markup {
     let sign = if relative > 0.0 { "+" } else { "" };
     html! {
         tr.outside[share > 1.0] {
-            th scope="row" { (name) }
+            th scope="row" {
+                (name)
+                @if let Some(description) = report.history.description(name) {
+                    span.described { (with_code(description)) }
+                }
+            }
             td { (curve_cell(report, name)) }
             td.number {
                 (last.map_or("–".into(), |(_, value, sigma)| {
@@ -98,10 +107,23 @@ fn draw_sparkline(report: &HistoryReport<'_>, name: &str) -> String {
             y(bottom) - y(top)
         );
     }
-    let points: Vec<_> = points.iter().map(|&(at, value, _)| (x(at), y(value))).collect();
-    draw_curve(&mut svg, "line", points.iter().copied());
-    if let Some((x, y)) = points.last() {
+    // No line bridges a gap.
+    let longest = GAP_FACTOR * median_distance(points.iter().map(|(at, ..)| *at));
+    for piece in points.chunk_by(|one, next| next.0 - one.0 <= longest) {
+        let piece = piece.iter().map(|&(at, value, _)| (x(at), y(value)));
+        draw_curve(&mut svg, "line", piece);
+    }
+    if let Some(&(at, value, _)) = points.last() {
+        let (x, y) = (x(at), y(value));
         let _ = write!(svg, r#"<circle class="last" cx="{x:.1}" cy="{y:.1}" r="2.4"/>"#);
     }
     svg
+}
+
+/// Returns the median distance of consecutive times that advance; infinity without one.
+fn median_distance(times: impl Iterator<Item = f64> + Clone) -> f64 {
+    let distances = times.clone().skip(1).zip(times).map(|(b, a)| b - a);
+    let mut distances: Vec<f64> = distances.filter(|distance| *distance > 0.0).collect();
+    distances.sort_by(f64::total_cmp);
+    distances.get(distances.len() / 2).copied().unwrap_or(f64::INFINITY)
 }

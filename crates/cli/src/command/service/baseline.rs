@@ -6,6 +6,8 @@ use clap::{Args, Subcommand};
 
 use super::status::WhichService;
 use crate::CliError;
+use crate::next::NextCommand;
+use crate::notes::print_note;
 use crate::output::print;
 use crate::state::WhichState;
 use crate::terminal::print_for_terminal;
@@ -63,7 +65,9 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
                 why => CliError::from_failure(format!("{}: {why}", folder.display())),
             })?;
             let HistoryLine { result, time, .. } = baseline.result;
-            print(&format!("result {result} of {time} is the baseline\n"))
+            print(&format!("result {result} of {time} is the baseline\n"))?;
+            print_note(&NextCommand::new("history").with_option("--state", folder).to_string());
+            Ok(())
         }
         Action::Clear { target: BaselineTarget { service, state: None } } => {
             service.send_and_print(&Request::Baseline(BaselineRequest::Clear))
@@ -103,9 +107,13 @@ fn text(baseline: &Baseline) -> String {
                 p.unit_or_dash().to_owned(),
                 significant_digits(p.standard_deviation, 2),
                 format!("{} %", significant_digits(relative, 2)),
+                p.description.clone().unwrap_or_default(),
             ]
         })
         .collect();
     text + "\n"
-        + &align_table(&["parameter", "value", "unit", "σ (statistical)", "relative σ"], &rows)
+        + &align_table(
+            &["parameter", "value", "unit", "σ (statistical)", "relative σ", "of"],
+            &rows,
+        )
 }
