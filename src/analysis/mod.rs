@@ -22,8 +22,8 @@ pub use choices::{Choice, ChoiceError, DataChoices};
 pub use counted::{CountError, CountedPiece, check_cell_rate, count_samples, measurement_pairs};
 pub use excitation::{
     AdviceForResult, Assignment, AssignmentError, CheckedLinks, DesignedMotion, ExpectationError,
-    ExpectedParameter, Floor, RequestedChecks, RequestedDesign, ShapeProblem, TaskParameter,
-    UnreadShape, WantedLoad, expectation_line,
+    ExpectedParameter, Floor, PlayError, PlayedMotion, RequestedChecks, RequestedDesign,
+    ShapeProblem, TaskParameter, UnreadShape, WantedLoad, expectation_line,
 };
 pub use export::{ConsistentError, ConsistentModel, Exported, Format, NO_FRICTION, WriteError};
 pub use gains::{FindGainsError, FoundGain, FoundGains, find_drive_gains};

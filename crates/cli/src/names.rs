@@ -14,6 +14,8 @@ pub(super) const REPORT_FILE: &str = "report.html";
 
 /// File for the advised motions in such a command.
 pub(super) const MOTION_FILE: &str = "next.csv";
+/// File for a simulated recording in such a command.
+pub(super) const SIMULATED_FILE: &str = "simulated.csv";
 /// File for the preview of a motion in such a command.
 pub(super) const PREVIEW_FILE: &str = "preview.html";
 

@@ -593,3 +593,56 @@ fn what_cannot_be_designed_is_refused() {
         assert!(why.contains(part), "{why}");
     }
 }
+
+/// A cell of tables: the designed motion is played on its own robot, and the recording shows the
+/// parameters of the URDF.
+#[test]
+fn a_designed_motion_is_played_for_a_cell_of_tables() {
+    let folder = crate::new::folder(["t", "pos_1", "pos_2", "tau_1", "tau_2"], crate::new::RAD);
+    let path = |name: &str| folder.path().join(name);
+    let answers = ["--set", "urdf.drive_inertia=false"];
+    assert_eq!(crate::new::new(folder.path(), &answers).code, Some(0));
+    let [cell, motion, table, page] =
+        ["cell.toml", "motion.csv", "played.csv", "preview.html"].map(path);
+    let arm: [&dyn AsRef<OsStr>; 8] =
+        [&"design", &"--cell", &cell, &"--duration", &"10", &"--steps", &"20", &"--no-plane"];
+    let designed = didim(&[&arm[..], &[&"--out", &motion, &"--preview", &page]].concat());
+    assert!(designed.stderr.contains("next: didim sim --cell "), "{}", designed.stderr);
+    assert!(designed.stdout.contains("of joint 2, `elbow`"), "{}", designed.stdout);
+
+    let sim: [&dyn AsRef<OsStr>; 7] =
+        [&"sim", &"--cell", &cell, &"--motion", &motion, &"--out", &table];
+    let played = json(&succeed(&[&sim[..], &[&"--json"]].concat()));
+    assert_eq!((&played["robot"], &played["samples"]), (&"two".into(), &2400.into()));
+    let result = json(&succeed(&[&"identify", &"--json", &"--cell", &cell, &"--input", &table]));
+    let values = |list: &Value| -> Vec<(String, f64)> {
+        let number = |of: &Value| of["value"].as_f64().unwrap();
+        let list = list.as_array().unwrap().iter();
+        list.map(|of| (of["name"].as_str().unwrap().to_owned(), number(of))).collect()
+    };
+    let truth = values(&played["truth"]);
+    for (parameter, (name, value)) in
+        result["parameters"].as_array().unwrap().iter().zip(values(&result["parameters"]))
+    {
+        let (_, truth) = truth.iter().find(|(own, _)| *own == name).unwrap();
+        let deviation = parameter["combined_standard_deviation"].as_f64().unwrap();
+        assert!((value - truth).abs() < 4.0 * deviation, "{name}: {value} ± {deviation}: {truth}");
+        // Noise of 1 % of 200 N·m hides friction of some N·m, and gravity is seen.
+        assert!(!name.starts_with("mx") || deviation < 0.1 * truth.abs(), "{name}: {deviation}");
+    }
+    // The same seed gives the same bytes, another one does not.
+    let text = fs::read_to_string(&table).unwrap();
+    succeed(&sim);
+    assert_eq!(text, fs::read_to_string(&table).unwrap());
+    succeed(&[&sim[..], &[&"--seed", &"2"]].concat());
+    assert_ne!(text, fs::read_to_string(&table).unwrap());
+
+    // Without a motion nothing is simulated, and a scenario of another robot is refused.
+    let refused = didim(&[&"sim", &"--cell", &cell, &"--out", &table]);
+    assert_eq!(refused.code, Some(2), "{}", refused.stderr);
+    assert!(refused.stderr.contains("`two`") && refused.stderr.contains("--motion"));
+    let scenario: [&dyn AsRef<OsStr>; 2] = [&"--scenario", &"tx40-paper"];
+    let refused = didim(&[&sim[..], &scenario].concat());
+    assert_eq!(refused.code, Some(78), "{}", refused.stderr);
+    assert!(refused.stderr.contains("`tx40`") && refused.stderr.contains("`two`"));
+}

@@ -49,3 +49,36 @@ fn from_a_recording_the_printed_commands_lead_to_result_report_and_advice() {
     assert_eq!(paste(folder.path(), &fourth), None);
     assert!(folder.path().join("next-1.csv").exists());
 }
+
+#[test]
+fn from_a_robot_the_printed_commands_lead_to_a_motion_and_its_preview() {
+    let folder = TempDir::new().unwrap();
+    fs::write(folder.path().join("my arm.urdf"), crate::new::URDF).unwrap();
+    let first = paste(folder.path(), "didim robot 'my arm.urdf'").expect("a motion is next");
+    assert!(first.starts_with("didim design --robot 'my arm.urdf' --duration "), "{first}");
+    let short = first.replace("--duration 20", "--duration 3 --steps 4 --no-plane");
+    assert_eq!(paste(folder.path(), &short), None);
+    for file in ["next.csv", "preview.html"] {
+        assert!(folder.path().join(file).exists(), "{file}");
+    }
+    // Without accelerations and parameters no motion can be designed.
+    let panda = repository("config/robots/ur5e.toml").display().to_string();
+    assert_eq!(paste(folder.path(), &format!("didim robot {panda}")), None);
+}
+
+#[test]
+fn from_recordings_the_printed_commands_lead_to_a_history() {
+    let folder = crate::new::folder(["t", "pos_1", "pos_2", "tau_1", "tau_2"], crate::new::RAD);
+    assert_eq!(
+        crate::new::new(folder.path(), &["--set", "urdf.drive_inertia=false"]).code,
+        Some(0)
+    );
+    let first = "didim identify --cell cell.toml --input log.csv --state 'my results'";
+    let second = paste(folder.path(), first).expect("the result is stored");
+    assert_eq!(second, "didim baseline set --state 'my results'");
+    let third = paste(folder.path(), &second).expect("the history is next");
+    let fourth = paste(folder.path(), &third).expect("a report is next");
+    assert_eq!(paste(folder.path(), &fourth), None);
+    let report = fs::read_to_string(folder.path().join("report.html")).unwrap();
+    assert!(report.contains("viscous friction of joint 2, <code>elbow</code>"));
+}

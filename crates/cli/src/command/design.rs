@@ -17,7 +17,7 @@ use crate::CliError;
 use crate::first_posture::read_first_posture;
 use crate::frame::{FrameOfLoads, note_lines};
 use crate::input::{parse_finite, parse_numbers, parse_point, parse_positive, read_robot};
-use crate::names::PREVIEW_FILE;
+use crate::names::{PREVIEW_FILE, SIMULATED_FILE};
 use crate::next::NextCommand;
 use crate::notes::print_note;
 use crate::output::{check_outputs, print, write_text};
@@ -298,9 +298,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         print_note(&format!("note: {}: {explanation}\n", path.display()));
     }
     print(&text)?;
-    if preview.is_none() {
-        print_note(&NextCommand::repeated().with_option("--preview", PREVIEW_FILE).to_string());
-    }
+    print_note(&arguments.next_command());
     Ok(())
 }
 
@@ -331,7 +329,9 @@ fn design_sweep(
         )?);
     }
     arguments.write(subject, &designed.sweep, (&designed).into(), &lines, &texts)?;
-    print(&sweep_text(assignment, (&designed).into(), &lines))
+    print(&sweep_text(assignment, (&designed).into(), &lines))?;
+    print_note(&arguments.next_command());
+    Ok(())
 }
 
 /// Formats a motion as the content of the file `path`.
@@ -359,6 +359,23 @@ pub(super) fn format_of(path: &Path, joints: usize) -> Result<MotionFormat, CliE
 }
 
 impl Arguments {
+    /// Returns the line with the next command: look at the motion, then simulate it on the robot of
+    /// the cell.
+    fn next_command(&self) -> String {
+        let is_table = |path: &&PathBuf| path.extension().is_some_and(|ending| ending == "csv");
+        match (&self.preview, &self.cell, self.out.iter().find(is_table)) {
+            (None, ..) => {
+                NextCommand::repeated().with_option("--preview", PREVIEW_FILE).to_string()
+            }
+            (Some(_), Some(cell), Some(table)) => NextCommand::new("sim")
+                .with_option("--cell", cell)
+                .with_option("--motion", table)
+                .with_option("--out", SIMULATED_FILE)
+                .to_string(),
+            _ => String::new(),
+        }
+    }
+
     /// Writes the files. It is called when all texts are complete, so that only a write can fail.
     fn write(
         &self,

@@ -4,9 +4,13 @@ use std::path::PathBuf;
 
 use clap::Args;
 use didim_dynamics::dynamics::{BaseParameters, Model};
+use didim_dynamics::robot::Robot;
 
 use crate::CliError;
 use crate::input::read_robot;
+use crate::names::{MOTION_FILE, PREVIEW_FILE};
+use crate::next::NextCommand;
+use crate::notes::print_note;
 use crate::output::{check_outputs, print, write_text};
 use crate::terminal::print_for_terminal;
 use didim::cell::CellError;
@@ -31,6 +35,30 @@ pub(crate) struct Arguments {
     picture: Option<PathBuf>,
 }
 
+impl Arguments {
+    /// Returns the line with the next command: a motion that shows the parameters. Empty if
+    /// neither accelerations nor torques of the arm can be limited.
+    fn next_command(&self, robot: &Robot) -> String {
+        let has_accelerations = robot.limits().all(|limits| limits.acceleration_max.is_some());
+        if robot.nominal().is_none() && !has_accelerations {
+            return String::new();
+        }
+        let ends = [("--base", &self.base), ("--tip", &self.tip)];
+        let next = NextCommand::new("design").with_option("--robot", &self.file);
+        let next = ends.into_iter().fold(next, |line, (option, link)| match link {
+            Some(link) => line.with_option(option, link),
+            None => line,
+        });
+        next.with_option("--duration", MOTION_DURATION_S)
+            .with_option("--out", MOTION_FILE)
+            .with_option("--preview", PREVIEW_FILE)
+            .to_string()
+    }
+}
+
+/// Length of a motion in the next command \[s\], as in the guide.
+const MOTION_DURATION_S: &str = "20";
+
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let Arguments { file, base, tip, toml, picture: to } = arguments;
     check_outputs(to, &[file])?;
@@ -48,5 +76,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
             source: error,
         })
     })?;
-    print_for_terminal(&robot_description(&source, &base))
+    print_for_terminal(&robot_description(&source, &base))?;
+    print_note(&arguments.next_command(&source.robot));
+    Ok(())
 }

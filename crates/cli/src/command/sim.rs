@@ -17,6 +17,7 @@ use crate::names::{DEFAULT_CELL, RESULT_FILE};
 use crate::next::NextCommand;
 use crate::notes::print_note;
 use crate::output::{check_outputs, print, write_whole};
+use didim::analysis::PlayedMotion;
 use didim::cell::{BusAddress, Cell};
 use didim::files::read_text;
 use didim::signals::stop_flag;
@@ -37,14 +38,15 @@ pub(crate) struct Arguments {
     /// With --out: print one JSON object with the true parameters and nothing else
     #[arg(long, requires = "out")]
     json: bool,
-    /// The scenario to simulate: a file, or one of the shipped tx40-paper, tx40-paper-errors and
-    /// tx40-physical
-    #[arg(long, value_name = "NAME|FILE", default_value = "tx40-paper")]
-    scenario: String,
+    /// The scenario to simulate, for the cell's robot: a file, or one of the shipped tx40-paper,
+    /// tx40-paper-errors and tx40-physical. When left out: tx40-paper for its robot, and for any
+    /// other one the nominal parameters along --motion into --out
+    #[arg(long, value_name = "NAME|FILE")]
+    scenario: Option<String>,
     /// A motion in the format of `didim design` (.csv), instead of the scenario's
     #[arg(long, value_name = "FILE")]
     motion: Option<PathBuf>,
-    /// Seed of the noise; default: the scenario's
+    /// Seed of the noise; default: the scenario's, or 1
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
     /// Send as fast as the bus takes frames, instead of at the cell's rate
@@ -55,6 +57,46 @@ pub(crate) struct Arguments {
     repeat: bool,
 }
 
+impl Arguments {
+    /// Returns the scenario of the command line, or the default one if it is for this robot. `None`
+    /// if the robot has no scenario.
+    fn scenario(&self, cell: &Cell) -> Result<Option<Scenario>, CliError> {
+        if let Some(name) = &self.scenario {
+            return read_scenario(name, cell).map(Some);
+        }
+        let default = didim_sim::shipped(DEFAULT_SCENARIO);
+        let is_of_robot = matches!(&default, Some(Ok(of)) if check_robot(of, cell).is_ok());
+        is_of_robot.then(|| read_scenario(DEFAULT_SCENARIO, cell)).transpose()
+    }
+
+    /// Returns the scenario like [`Self::scenario`].
+    ///
+    /// # Errors
+    /// The robot has no scenario.
+    fn required_scenario(&self, cell: &Cell) -> Result<Scenario, CliError> {
+        self.scenario(cell)?.ok_or_else(|| {
+            CliError::Usage(format!(
+                "no shipped scenario is for the cell's robot `{}`: give --motion FILE and --out \
+                 FILE.csv to simulate it along a motion of `didim design`, or --scenario with a \
+                 file for it",
+                cell.robot.name()
+            ))
+        })
+    }
+
+    /// Returns the files that the command reads.
+    fn inputs<'a>(&'a self, cell: &'a Cell) -> Vec<&'a Path> {
+        let scenario = self.scenario.as_ref().map(Path::new);
+        let motion = self.motion.as_deref();
+        [self.cell.as_path(), &cell.robot_file].into_iter().chain(scenario).chain(motion).collect()
+    }
+}
+
+/// Scenario that is simulated for its robot if none is named.
+const DEFAULT_SCENARIO: &str = "tx40-paper";
+/// Seed of the noise without a scenario.
+const DEFAULT_SEED: u64 = 1;
+
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let cell = Cell::read(&arguments.cell).map_err(CliError::from_configuration)?;
     let destination = match (&arguments.bus, &arguments.out) {
@@ -62,28 +104,8 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         (Some(bus), None) => bus,
         (None, None) => return Err(CliError::Usage("give --bus or --out".to_owned())),
     };
-    match destination {
-        BusAddress::Can(_) => {}
-        BusAddress::Log(_) if arguments.repeat => {
-            return Err(CliError::Usage("--repeat would fill the disk with a log".to_owned()));
-        }
-        BusAddress::Log(path) => {
-            let scenario = Path::new(&arguments.scenario);
-            check_outputs([path], &[&arguments.cell, &cell.robot_file, scenario])?;
-        }
-        BusAddress::InProcess => {
-            return Err(CliError::Usage(
-                "inproc: does not reach other processes; use can:INTERFACE or log:FILE".to_owned(),
-            ));
-        }
-        BusAddress::Pcap(_) | BusAddress::Ethercat(_) => {
-            let why =
-                "EtherCAT is listened to; use log:FILE, which has the frames of its process data";
-            return Err(CliError::Usage(why.to_owned()));
-        }
-    }
-    let scenario = read_scenario(&arguments.scenario, &cell)?;
-    let scenario = changed_scenario(arguments, scenario)?;
+    check_destination(arguments, destination, &cell)?;
+    let scenario = changed_scenario(arguments, arguments.required_scenario(&cell)?)?;
     let bus = cell.bus().map_err(CliError::from_configuration)?;
     let mut device = VirtualDevice::new(&scenario, bus.layout.clone(), bus.scales.clone(), 0)
         .map_err(CliError::from_configuration)?;
@@ -133,7 +155,44 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         played.cycles,
         played.frames,
         destination
-    ))
+    ))?;
+    if let BusAddress::Log(path) = destination {
+        print_note(&identify_command(arguments, path));
+    }
+    Ok(())
+}
+
+/// Checks that frames can be sent to a destination.
+fn check_destination(
+    arguments: &Arguments,
+    destination: &BusAddress,
+    cell: &Cell,
+) -> Result<(), CliError> {
+    match destination {
+        BusAddress::Can(_) => Ok(()),
+        BusAddress::Log(_) if arguments.repeat => {
+            Err(CliError::Usage("--repeat would fill the disk with a log".to_owned()))
+        }
+        BusAddress::Log(path) => check_outputs([path], &arguments.inputs(cell)),
+        BusAddress::InProcess => {
+            let why = "inproc: does not reach other processes; use can:INTERFACE or log:FILE";
+            Err(CliError::Usage(why.to_owned()))
+        }
+        BusAddress::Pcap(_) | BusAddress::Ethercat(_) => {
+            let why =
+                "EtherCAT is listened to; use log:FILE, which has the frames of its process data";
+            Err(CliError::Usage(why.to_owned()))
+        }
+    }
+}
+
+/// Returns the command that identifies what was written.
+fn identify_command(arguments: &Arguments, path: &Path) -> String {
+    let next = NextCommand::new("identify")
+        .with_option("--cell", &arguments.cell)
+        .with_option("--input", path)
+        .with_option("--out", RESULT_FILE);
+    next.to_string()
 }
 
 /// Version of the layout of `--json`.
@@ -159,9 +218,13 @@ struct TrueValue<'a> {
 
 /// Writes the signals of the motors as a table, with the rests of the scenario's playback.
 fn write_table(arguments: &Arguments, path: &PathBuf, cell: &Cell) -> Result<(), CliError> {
-    let read = [&arguments.cell, &cell.robot_file, Path::new(&arguments.scenario)];
-    check_outputs([path], &read)?;
-    let scenario = changed_scenario(arguments, read_scenario(&arguments.scenario, cell)?)?;
+    check_outputs([path], &arguments.inputs(cell))?;
+    let scenario = match (arguments.scenario(cell)?, &arguments.motion) {
+        (None, Some(motion)) => return write_played_motion(arguments, path, motion, cell),
+        (Some(scenario), _) => scenario,
+        (None, None) => arguments.required_scenario(cell)?,
+    };
+    let scenario = changed_scenario(arguments, scenario)?;
     let sample_rate_hz = scenario.controller().timing.sample_period_s().recip();
     let rests = scenario.playback();
     #[expect(
@@ -175,20 +238,48 @@ fn write_table(arguments: &Arguments, path: &PathBuf, cell: &Cell) -> Result<(),
     let signals = record.motor_signals();
     let measurement = Measurement { side: Side::Motor, signals, rate_unchecked: false };
     write_whole(path, |out| write_csv(&measurement, out, path).map_err(CliError::from_failure))?;
-    let (samples, robot) = (measurement.samples(), cell.robot.name());
+    let truth = scenario.truth();
+    report_table(arguments, (path, cell), (scenario.name(), &measurement, truth))
+}
+
+/// Writes a recording of the cell's own robot, which follows a motion exactly.
+fn write_played_motion(
+    arguments: &Arguments,
+    path: &Path,
+    motion: &Path,
+    cell: &Cell,
+) -> Result<(), CliError> {
+    let points = read_motion(motion).map_err(CliError::from_configuration)?;
+    let played = PlayedMotion::new(cell, &points, arguments.seed.unwrap_or(DEFAULT_SEED));
+    let PlayedMotion { measurement, truth } =
+        played.map_err(|error| CliError::in_file(motion, error))?;
+    write_whole(path, |out| write_csv(&measurement, out, path).map_err(CliError::from_failure))?;
+    note_excluded_terms(cell);
     if !arguments.json {
-        let (name, file) = (scenario.name(), path.display());
-        print(&format!("{name}: {samples} samples at {sample_rate_hz} Hz in {file}\n"))?;
-        let next = NextCommand::new("identify")
-            .with_option("--cell", &arguments.cell)
-            .with_option("--input", path)
-            .with_option("--out", RESULT_FILE);
-        print_note(&next.to_string());
+        print_note(
+            "note: the arm follows the motion exactly; torques of its nominal parameters, with \
+             white noise as `didim design` assumes it\n",
+        );
+    }
+    report_table(arguments, (path, cell), ("motion", &measurement, &truth))
+}
+
+/// Prints what a table contains: the next command, or the true parameters as JSON.
+fn report_table(
+    arguments: &Arguments,
+    (path, cell): (&Path, &Cell),
+    (scenario, measurement, truth): (&str, &Measurement, &[(String, f64)]),
+) -> Result<(), CliError> {
+    let (samples, robot) = (measurement.samples(), cell.robot.name());
+    let sample_rate_hz = measurement.signals.sample_rate_hz;
+    if !arguments.json {
+        let file = path.display();
+        print(&format!("{scenario}: {samples} samples at {sample_rate_hz} Hz in {file}\n"))?;
+        print_note(&identify_command(arguments, path));
         return Ok(());
     }
-    let truth = scenario.truth().iter().map(|(name, value)| TrueValue { name, value: *value });
+    let truth = truth.iter().map(|(name, value)| TrueValue { name, value: *value });
     let truth = truth.collect();
-    let scenario = scenario.name();
     let output = Output { schema: SCHEMA, scenario, robot, samples, sample_rate_hz, truth };
     let json = serde_json::to_string(&output).map_err(CliError::from_failure)?;
     print(&format!("{json}\n"))
@@ -231,6 +322,12 @@ pub(super) fn read_scenario(name: &str, cell: &Cell) -> Result<Scenario, CliErro
     check_robot(&scenario, cell)
         .map_err(|error| CliError::from_configuration(format!("{name}: {error}")))?;
     print_note(&note_lines(scenario.findings()));
+    note_excluded_terms(cell);
+    Ok(scenario)
+}
+
+/// Notes that the cell excludes terms that the simulated torques contain.
+fn note_excluded_terms(cell: &Cell) {
     let excluded = cell.robot.recorded_torque().excluded_terms();
     if !excluded.is_empty() {
         let terms: Vec<String> = excluded.iter().map(TorqueTerm::to_string).collect();
@@ -240,5 +337,4 @@ pub(super) fn read_scenario(name: &str, cell: &Cell) -> Result<Scenario, CliErro
             terms.join(" and ")
         ));
     }
-    Ok(scenario)
 }

@@ -52,7 +52,7 @@ pub use limits::DesignLimits;
 pub use prediction::{Predicted, information, predict_result, rows};
 pub use series::{Course, FourierSeries, JointSeries, State};
 pub use shapes::{MIN_GAP_M, Nearest, Neighbour, Shapes};
-pub use simulated::simulate_record;
+pub use simulated::{TorqueNoise, simulate_motion, simulate_record};
 pub use solid::{Corners, NearestPoints, Solid, Wall, WallKind};
 pub use sweep::{Sweep, SweepDesign, SweepPass, sweep};
 pub use task::{DesignObjective, Noise, Task};

@@ -7,12 +7,23 @@ use rand_distr::{Distribution, StandardNormal};
 use super::series::Course;
 use super::task::Task;
 use didim_dynamics::MAX_JOINTS;
-use didim_dynamics::dynamics::Workspace;
+use didim_dynamics::dynamics::{Model, Workspace};
 
-/// Returns positions \[rad or m\] and torques \[N·m or N\] of each joint at `rate_hz` samples per
-/// second. `rest` samples at rest precede and follow the motion. The torques are those of the given
-/// standard parameters with white noise. The noise is scaled so that rows have the noise of the
-/// task. The random numbers are the same in every call.
+/// White noise of the torques of a simulated recording.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TorqueNoise {
+    /// Standard deviation of a sample, by joint \[N·m or N\].
+    pub deviations: Vec<f64>,
+    /// Seed of the random numbers.
+    pub seed: u64,
+}
+
+/// Seed of [`simulate_record`].
+const RECORD_SEED: u64 = 1;
+
+/// Returns positions \[rad or m\] and torques \[N·m or N\] of each joint like [`simulate_motion`].
+/// The noise is scaled so that rows have the noise of the task. The random numbers are the same in
+/// every call.
 pub fn simulate_record(
     task: &Task,
     parameters: &[f64],
@@ -20,14 +31,28 @@ pub fn simulate_record(
     rate_hz: f64,
     rest: usize,
 ) -> [Vec<Vec<f64>>; 2] {
-    let n = task.model.joints();
-    let mut random = ChaCha8Rng::seed_from_u64(1);
-    let mut workspace = Workspace::new();
-    let mut torque = [0.0; MAX_JOINTS];
-    let mut history = task.model.history();
-    let [mut positions, mut torques] = [vec![Vec::new(); n], vec![Vec::new(); n]];
     // A row is the mean of this number of independent samples.
     let samples_per_row = rate_hz / task.noise.rows_per_s;
+    let deviations = task.noise.deviations.iter().map(|of_row| of_row * samples_per_row.sqrt());
+    let noise = TorqueNoise { deviations: deviations.collect(), seed: RECORD_SEED };
+    simulate_motion((&task.model, parameters), motion, (rate_hz, rest), &noise)
+}
+
+/// Returns positions \[rad or m\] and torques \[N·m or N\] of each joint of an arm that follows a
+/// motion exactly, at `rate_hz` samples per second. `rest` samples at rest precede and follow the
+/// motion. The torques are those of the standard parameters with noise.
+pub fn simulate_motion(
+    (model, parameters): (&Model, &[f64]),
+    motion: &dyn Course,
+    (rate_hz, rest): (f64, usize),
+    noise: &TorqueNoise,
+) -> [Vec<Vec<f64>>; 2] {
+    let n = model.joints();
+    let mut random = ChaCha8Rng::seed_from_u64(noise.seed);
+    let mut workspace = Workspace::new();
+    let mut torque = [0.0; MAX_JOINTS];
+    let mut history = model.history();
+    let [mut positions, mut torques] = [vec![Vec::new(); n], vec![Vec::new(); n]];
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
@@ -38,12 +63,11 @@ pub fn simulate_record(
         let state = motion.state((k as f64 - rest as f64) / rate_hz);
         let [q, dq, ddq] = [&state.position[..n], &state.velocity[..n], &state.acceleration[..n]];
         workspace.set_hysteresis(history.as_mut().map(|own| own.advance_to(q)));
-        task.model.inverse_dynamics(&mut workspace, parameters, q, dq, ddq, &mut torque[..n]);
+        model.inverse_dynamics(&mut workspace, parameters, q, dq, ddq, &mut torque[..n]);
         for joint in 0..n {
-            let noise: f64 = StandardNormal.sample(&mut random);
-            let level = task.noise.deviations[joint] * samples_per_row.sqrt();
+            let random_number: f64 = StandardNormal.sample(&mut random);
             positions[joint].push(q[joint]);
-            torques[joint].push(torque[joint] + level * noise);
+            torques[joint].push(torque[joint] + noise.deviations[joint] * random_number);
         }
     }
     [positions, torques]
