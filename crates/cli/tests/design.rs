@@ -328,7 +328,7 @@ fn what_a_result_lacks_is_reported() {
     assert!(text.contains("the residuals of the result"), "{text}");
     // σ now and then of every parameter: a motion more can only tell more.
     let mut rows = 0;
-    for line in text.lines().skip(1).take_while(|line| !line.is_empty()) {
+    for line in text.lines().skip(1).take_while(|line| !line.starts_with('σ')) {
         let words: Vec<&str> = line.split_whitespace().collect();
         let [now, then]: [f64; 2] = [2, 3].map(|word: usize| words[word].parse().unwrap());
         assert!(then <= now, "{line}");
@@ -355,8 +355,20 @@ fn what_a_result_lacks_is_said_in_motions_that_a_person_can_program() {
     let report = fs::read_to_string(&report).unwrap();
     let missing_section =
         report.split_once("<section id=\"missing-parameters-and-motions-that-identify-them\">");
-    let missing_names = missing_section.unwrap().1.split_once("</pre>").unwrap().0;
-    assert!(missing_names.contains(noise_note), "{missing_names}\n\n{noise_note}");
+    let missing_section = missing_section.unwrap().1.split_once("</section>").unwrap().0;
+    // The table and the list have the same rows and motions as the text.
+    let rows = noise_note.lines().skip(2).take_while(|line| !line.starts_with('σ'));
+    let names: Vec<&str> = rows.map(|row| row.split(' ').next().unwrap()).collect();
+    assert!(names.len() > 10, "{noise_note}");
+    for name in &names {
+        let cell = format!("<th scope=\"row\">{name}</th>");
+        assert!(missing_section.contains(&cell), "{name}: {missing_section}");
+    }
+    for motion in noise_note.lines().filter(|line| line.contains(" and back, ")) {
+        let (_, motion) = motion.split_once(". ").unwrap();
+        assert!(missing_section.contains(motion), "{motion}: {missing_section}");
+    }
+    assert_eq!(missing_section.matches("<tr>").count(), 1 + names.len());
     for part in [
         "prediction: ",
         "uncertain by more than 10 %",

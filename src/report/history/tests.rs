@@ -162,7 +162,7 @@ fn two_results_side_by_side_have_their_difference_in_deviations() {
     assert!((fc3.relative_change - 0.15).abs() < 1e-12 && (fc3.band_share - 1.5).abs() < 1e-9);
     let table = difference.table();
     let row = table.lines().nth(1).unwrap().split_whitespace().collect::<Vec<_>>().join(" ");
-    assert_eq!(row, "fc3 6.0000 6.9000 N·m +0.9000 +15.00 % +63.6 outside");
+    assert_eq!(row, "fc3 6.000 6.900 N·m +0.900 +15.00 % +63.6 outside");
     assert_eq!(table.lines().count(), 3, "no caveat: {table}");
     let refused = |numbers| Difference::new(&history, numbers).unwrap_err().to_string();
     assert!(refused([1, 99]).contains("result 99 is not in the history"));

@@ -61,7 +61,8 @@ fn a_full_stdout_is_a_failure_and_a_closed_pipe_none() {
     assert!(said.starts_with("didim: ") && said.contains("No space left"), "{said}");
     let (reader, writer) = std::io::pipe().unwrap();
     drop(reader);
-    let ended = program(&["robot", &robot]).stdout(writer).stderr(Stdio::piped()).output().unwrap();
+    let mut closed = program(&["robot", &robot, "--toml"]);
+    let ended = closed.stdout(writer).stderr(Stdio::piped()).output().unwrap();
     assert_eq!((ended.status.code(), ended.stderr.len()), (Some(0), 0));
 }
 
@@ -186,6 +187,9 @@ fn commands_on_files_end_with_130_and_leave_nothing() {
 
 /// A report without the date of the recording.
 fn without_date(report: &str) -> String {
-    let (before, date) = report.split_once("<dt>Recorded</dt>").unwrap();
-    before.to_owned() + date.split_once("</dd>").unwrap().1
+    let dates = [("<p>Recorded: ", "</p>"), ("<dt>Recorded</dt>", "</dd>")];
+    dates.into_iter().fold(report.to_owned(), |report, (begin, end)| {
+        let (before, date) = report.split_once(begin).unwrap();
+        before.to_owned() + date.split_once(end).unwrap().1
+    })
 }
