@@ -137,10 +137,11 @@ fn ask_questions(
         };
         answers.insert(key.clone(), value);
         let with_it = propose(evidence, out, answers).map_err(|error| error.to_string());
-        let with_it = with_it.and_then(|with_it| match mistake_of_key(&with_it, out, &key) {
-            Some(mistake) => Err(mistake),
-            None => Ok(with_it),
-        });
+        let with_it =
+            with_it.and_then(|with_it| match mistake_of(&key, [proposal, &with_it], out) {
+                Some(mistake) => Err(mistake),
+                None => Ok(with_it),
+            });
         match with_it {
             Ok(with_it) => *proposal = with_it,
             // A mistake discards one answer, not all of them.
@@ -162,17 +163,14 @@ fn find_mistake(proposal: &Proposal, out: &Path) -> Option<CellError> {
     }
 }
 
-/// Returns the mistake in the value of a key.
-fn mistake_of_key(proposal: &Proposal, out: &Path, key: &str) -> Option<String> {
-    match find_mistake(proposal, out)? {
+/// Returns the mistake that an answer adds to a proposal: in the value of its key, or in the
+/// complete cell, which had none before.
+fn mistake_of(key: &str, [before, after]: [&Proposal; 2], out: &Path) -> Option<String> {
+    match find_mistake(after, out)? {
         CellError::Open { wrong, .. } => {
             wrong.iter().find(|wrong| wrong.key == key).map(|wrong| wrong.problem.clone())
         }
-        error @ CellError::Value { .. } => {
-            let is_of_key = matches!(&error, CellError::Value { key: own, .. } if own == key);
-            is_of_key.then(|| error.to_string())
-        }
-        _ => None,
+        error => find_mistake(before, out).is_none().then(|| error.to_string()),
     }
 }
 
