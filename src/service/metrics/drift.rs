@@ -29,6 +29,8 @@ pub(super) fn add_drift(text: &mut MetricsText, status: &DriftStatus) {
     let help = "Alarms of parameters that have left their bands; always 1.";
     let mut family = text.family("didim_drift_alarm", Gauge, help);
     for alarm in status.alarms.iter().take(MAX_LABELS) {
-        family.add_labelled(&[("parameter", &alarm.parameter)], 1.0);
+        let description = alarm.description.as_deref().map(|of| ("description", of));
+        let labels = [("parameter", alarm.parameter.as_str())];
+        family.add_labelled(&labels.into_iter().chain(description).collect::<Vec<_>>(), 1.0);
     }
 }

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::exposition::{FamilyKind, MAX_LABELS, MetricsText, count_value, flag_value, write};
 use super::{drift, load, recording};
+use crate::archive::store::ParameterValue;
 use crate::live::acquire::{AcquisitionStatus, BusState, Grant};
 use crate::live::latency::LatencySummary;
 use crate::live::worker::{EstimateSummary, EstimationStatus, WindowState};
@@ -260,14 +261,20 @@ fn add_estimate(text: &mut MetricsText, last: &EstimateSummary) {
         "Parameters of the last estimate, in SI units.",
     );
     for value in shown() {
-        family.add_labelled(&[("parameter", &value.name), ("method", method)], value.value);
+        family.add_labelled(&parameter_labels(value, method), value.value);
     }
     let help = "Standard deviations of the last estimate's parameters, in SI units.";
     let mut family = text.family("didim_estimate_parameter_standard_deviation", Gauge, help);
     for value in shown() {
-        let labels = [("parameter", value.name.as_str()), ("method", method)];
-        family.add_labelled(&labels, value.standard_deviation);
+        family.add_labelled(&parameter_labels(value, method), value.standard_deviation);
     }
+}
+
+/// Returns the labels of a parameter. The names of joints and links are in its description.
+fn parameter_labels<'a>(value: &'a ParameterValue, method: &'a str) -> Vec<(&'a str, &'a str)> {
+    let description = value.description.as_deref().map(|of| ("description", of));
+    let labels = [("parameter", value.name.as_str()), ("method", method)];
+    labels.into_iter().chain(description).collect()
 }
 
 fn add_latency(

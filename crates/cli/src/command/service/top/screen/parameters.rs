@@ -68,9 +68,23 @@ pub(super) fn lines(
         let alarmed = drift.is_some_and(|drift| {
             drift.alarms.iter().any(|alarm| alarm.parameter == parameter.name)
         });
-        lines.push(row(parameter, change.filter(|_| compared), bars, alarmed, looks, width));
+        let mut line = row(parameter, change.filter(|_| compared), bars, alarmed, looks, width);
+        add_name(&mut line, parameter, usize::from(width));
+        lines.push(line);
     }
     lines
+}
+
+/// Smallest number of characters of a name that is shown. Convention: fewer tell no joint.
+const MIN_NAME: usize = 6;
+
+/// Adds the name of the joint or link behind a row, as far as the width allows.
+fn add_name(line: &mut Line<'static>, parameter: &ParameterValue, width: usize) {
+    let quoted = parameter.description.as_deref().and_then(|of| of.split('`').nth(1));
+    let available = width.saturating_sub(line.width() + 2);
+    let Some(name) = quoted.filter(|_| available >= MIN_NAME) else { return };
+    let name: String = without_control_characters(name).chars().take(available).collect();
+    line.push_span(format!("  {name}"));
 }
 
 fn row(

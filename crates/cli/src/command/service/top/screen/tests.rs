@@ -208,6 +208,18 @@ fn the_parameters_that_use_most_of_their_bands_come_first() {
 }
 
 #[test]
+fn names_of_joints_stand_behind_the_rows() {
+    let mut named = snapshot(Some(drift(false)));
+    let estimation = named.estimation.as_mut().unwrap();
+    let estimate = estimation.last_estimate.as_mut().unwrap();
+    let fc3 = estimate.parameters.iter_mut().find(|own| own.name == "fc3").unwrap();
+    fc3.description = Some("Coulomb friction of joint 3, `elbow_joint`".into());
+    let (text, _) = drawn(&shown(named), (80, 60));
+    let line = text.lines().nth(place(&text, "fc3").unwrap()).unwrap();
+    assert!(line.contains("elbow_joint"), "{line}");
+}
+
+#[test]
 fn help_fits_a_small_terminal_and_names_every_key() {
     let view = View { shows_help: true, ..shown(snapshot(None)) };
     let (text, scrolls) = drawn(&view, (80, 24));
