@@ -2,7 +2,7 @@
 //! file, which `didim replay` opens.
 
 use std::fs::{self, File};
-use std::io::{Cursor, Read as _};
+use std::io::{self, Cursor, Read as _};
 use std::path::{Path, PathBuf};
 
 use ruzstd::decoding::StreamingDecoder;
@@ -134,9 +134,7 @@ impl OpenedBundle {
         }
         let folder = tempfile::Builder::new().prefix("didim-").tempdir();
         let folder = folder.map_err(CliError::from_failure)?;
-        // `unpack` refuses paths that lead out of the folder.
-        let mut archive = tar::Archive::new(Cursor::new(archive));
-        archive.unpack(folder.path()).map_err(|cause| refused(&cause))?;
+        unpack(archive, folder.path()).map_err(|cause| refused(&cause))?;
         let text = fs::read_to_string(folder.path().join(CONTENTS));
         let text = text.map_err(|cause| refused(&cause))?;
         let contents: Contents = serde_json::from_str(&text).map_err(|cause| refused(&cause))?;
@@ -180,4 +178,18 @@ impl OpenedBundle {
             CliError::in_file(&self.file, why)
         })
     }
+}
+
+/// Unpacks the files of an archive. A link could lead to any file of this machine.
+fn unpack(archive: Vec<u8>, folder: &Path) -> io::Result<()> {
+    for member in tar::Archive::new(Cursor::new(archive)).entries()? {
+        let mut member = member?;
+        let kind = member.header().entry_type();
+        // `unpack_in` returns false for a path that leads out of the folder.
+        if !(kind.is_file() || kind.is_dir()) || !member.unpack_in(folder)? {
+            let name = String::from_utf8_lossy(&member.path_bytes()).into_owned();
+            return Err(io::Error::other(format!("`{name}` in it is not a file of a bundle")));
+        }
+    }
+    Ok(())
 }

@@ -79,3 +79,24 @@ fn what_is_no_bundle_is_refused() {
     let output = didim(&[&"bundle", &folder.path().join("arm.zip"), &"--cell", &cell]);
     assert_eq!(output.code, Some(2));
 }
+
+/// A link in a bundle of somebody else leads nowhere: as table of contents, `/dev/zero` would take
+/// all memory.
+#[test]
+fn a_bundle_with_links_is_refused() {
+    let folder = tempfile::Builder::new().prefix("didim-").tempdir().unwrap();
+    let path = folder.path().join("arm.tar.zst");
+    for kind in [tar::EntryType::Symlink, tar::EntryType::Link, tar::EntryType::Fifo] {
+        let mut header = tar::Header::new_gnu();
+        header.set_entry_type(kind);
+        header.set_size(0);
+        let mut archive = tar::Builder::new(Vec::new());
+        archive.append_link(&mut header, "bundle.json", "/dev/zero").unwrap();
+        let archive = archive.into_inner().unwrap();
+        let level = ruzstd::encoding::CompressionLevel::Fastest;
+        fs::write(&path, ruzstd::encoding::compress_to_vec(archive.as_slice(), level)).unwrap();
+        let output = didim(&[&"replay", &"--cell", &repository(CELL), &path]);
+        assert_eq!(output.code, Some(1), "{kind:?}: {}", output.stderr);
+        assert!(output.stderr.contains("`bundle.json`"), "{kind:?}: {}", output.stderr);
+    }
+}
