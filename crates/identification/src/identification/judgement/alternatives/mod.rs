@@ -324,7 +324,13 @@ impl Candidate {
                 break;
             }
         }
-        let [lower, own, higher] = gains;
+        Self::most_likely(value, gains).map(|chosen| self.alternative.with_chosen(chosen))
+    }
+
+    /// Returns the number at the maximum of a parabola through the likelihoods at a number and a
+    /// step of its logarithm to either side, with its standard deviation: σ² = −1 / (ln L)″.
+    /// `None` if the one in the middle is not the most likely.
+    fn most_likely(value: f64, [lower, own, higher]: [f64; 3]) -> Option<Chosen> {
         let curvature = (2.0 * own - lower - higher) / (STEP * STEP);
         let shift = (higher - lower) / (2.0 * STEP * curvature);
         let chosen = Chosen {
@@ -332,7 +338,7 @@ impl Candidate {
             standard_deviation: value / curvature.sqrt(),
         };
         let is_maximum = own >= lower && own >= higher && chosen.standard_deviation.is_finite();
-        is_maximum.then(|| self.alternative.with_chosen(chosen))
+        is_maximum.then_some(chosen)
     }
 }
 
@@ -672,6 +678,22 @@ impl DivisorTorques {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A Gaussian likelihood of the logarithm of a number has a known maximum and deviation.
+    #[test]
+    fn the_most_likely_number_has_the_deviation_of_its_likelihood() {
+        for (deviation, distance) in [(0.002, 0.3), (0.02, -0.4), (0.3, 0.0)] {
+            let (near, shift) = (1.7, distance * STEP);
+            let likelihood = |of: f64| 100.0 - 0.5 * ((of - shift) / deviation).powi(2);
+            let chosen = Candidate::most_likely(near, [-STEP, 0.0, STEP].map(likelihood)).unwrap();
+            assert!((chosen.value / near - shift.exp()).abs() < 1e-9, "{chosen:?}");
+            let relative = chosen.standard_deviation / near;
+            assert!((relative / deviation - 1.0).abs() < 1e-9, "{chosen:?} for {deviation}");
+        }
+        for gains in [[1.0, 0.0, -1.0], [-1.0, 0.0, 1.0], [0.0; 3], [f64::NAN, 0.0, -1.0]] {
+            assert!(Candidate::most_likely(1.7, gains).is_none(), "{gains:?}");
+        }
+    }
 
     #[test]
     fn the_search_finds_a_maximum_anywhere_in_its_interval() {
