@@ -24,8 +24,8 @@ use didim_drivers::source::{BlfSource, CaptureSource, McapSource, Received, Sour
 use didim_dynamics::dynamics::Model;
 use didim_dynamics::robot::Robot;
 use didim_formats::{
-    BagSpec, BagTime, Side, UrdfArm, UrdfDrives, list_bag, read_bag, read_csv, read_motion,
-    read_rows,
+    BagSpec, BagTime, MeshFolders, Side, UrdfArm, UrdfDrives, list_bag, read_bag, read_csv,
+    read_motion, read_rows,
 };
 use didim_sim::Scenario;
 
@@ -37,7 +37,7 @@ pub(crate) struct Reader {
 }
 
 /// All of them; what else each has read is in `fuzz/corpus/NAME`.
-pub(crate) const READERS: [Reader; 18] = [
+pub(crate) const READERS: [Reader; 20] = [
     Reader {
         name: "log",
         read: log,
@@ -64,6 +64,14 @@ pub(crate) const READERS: [Reader; 18] = [
     },
     Reader { name: "table", read: table, files: &["crates/formats/tests/golden/parquet.csv"] },
     Reader {
+        name: "parquet",
+        read: table,
+        files: &[
+            "crates/formats/tests/golden/parquet_own.parquet",
+            "crates/formats/tests/golden/parquet_zstd.parquet",
+        ],
+    },
+    Reader {
         name: "bag",
         read: bag,
         files: &[
@@ -73,6 +81,7 @@ pub(crate) const READERS: [Reader; 18] = [
     },
     Reader { name: "motion", read: motion, files: &[] },
     Reader { name: "urdf", read: urdf, files: &["crates/formats/tests/golden/export/panda.urdf"] },
+    Reader { name: "mesh", read: mesh, files: &[] },
     Reader {
         name: "robot",
         read: robot,
@@ -262,6 +271,15 @@ fn urdf(bytes: &[u8]) {
             UrdfDrives { joints: BTreeMap::new(), ..UrdfDrives::with_assumed_drives(arm.joints()) };
         robot(arm.to_toml(&drives).as_bytes());
     });
+}
+
+/// The ending of its name says what a mesh is.
+fn mesh(bytes: &[u8]) {
+    for name in ["a.stl", "a.obj", "a.dae"] {
+        with_file(name, bytes, |path| {
+            message_of(MeshFolders::new(path, &[]).read_points(name));
+        });
+    }
 }
 
 fn robot(bytes: &[u8]) {
