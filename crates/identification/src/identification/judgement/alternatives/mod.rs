@@ -367,10 +367,10 @@ fn best(refit: &Refit<'_>, logged: &Experiment) -> Option<Best> {
     let mut fitted: Vec<Fitted> =
         finalists.into_iter().map(|of| of.fit(refit, logged, &torques)).collect();
     fitted.extend(low_pass_of_all_signals(refit, logged, &torques));
-    // A lag or a scale is a matter of degree. The others are there or not.
-    let is_of_degree = |of: &Alternative| of.constant().is_some() && !of.has_other_model();
+    // A lag is a matter of degree. The others are there or not.
+    let is_late = |of: &Alternative| matches!(of, Alternative::Late { .. });
     let rows = refit.context.samples.len() as f64;
-    let has_cause = |of: &&Fitted| !of.explained.is_empty() || is_of_degree(&of.alternative);
+    let has_cause = |of: &&Fitted| !of.explained.is_empty() || is_late(&of.alternative);
     let mut causes = fitted.iter().filter(has_cause);
     if !causes.any(|of| of.largest_likelihood_gain(rows) > DECISIVE) {
         return None;
@@ -387,7 +387,7 @@ fn best(refit: &Refit<'_>, logged: &Experiment) -> Option<Best> {
     }
     let first = candidates.first().filter(|of| of.evidence > DECISIVE)?;
     let parameters = || first.solved.as_ref().map(|of| of.parameters().clone());
-    is_of_degree(&first.alternative).then(|| Best::Unnamed(parameters()))
+    is_late(&first.alternative).then(|| Best::Unnamed(parameters()))
 }
 
 /// Returns the alternative that matters and fits decisively better than the configured reading and
