@@ -172,9 +172,16 @@ impl Alternative {
         self.gravity_m_s2().is_some()
     }
 
-    /// Returns true for related readings of the same motors.
+    /// Returns true for related readings of the same motors. Opposite directions of gravity fit
+    /// nearly alike at a few rows, where the other first moments explain what it explains.
     pub(super) fn is_variant(&self, other: &Self) -> bool {
-        self.is_same_kind(other) && self.motors() == other.motors()
+        let is_opposite = match (self.gravity_m_s2(), other.gravity_m_s2()) {
+            (Some(one), Some(other)) => {
+                one.iter().zip(other).map(|(a, b)| a * b).sum::<f64>() < 0.0
+            }
+            _ => false,
+        };
+        self.is_same_kind(other) && self.motors() == other.motors() && !is_opposite
     }
 
     /// Returns true if the friction of a drive may have the other sign with this reading.
