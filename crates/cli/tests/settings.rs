@@ -428,7 +428,8 @@ fn a_known_torque_gets_the_factor_that_the_data_ask_for() {
     let [cell, log] = ["cell.toml", "log.csv"].map(|name| sprung.path().join(name));
     let largest = stiffness * core::f64::consts::PI;
     let spring = format!(
-        "joints.elbow.known_torque = {{ position_deg = [-180, 180], torque_nm = [-{largest}, {largest}] }}\n"
+        "joints.elbow.known_torque = {{ position_deg = [-180, 180], torque_nm = [-{largest}, \
+         {largest}] }}\n"
     );
     fs::write(&cell, two_link_cell(&spring, "")).unwrap();
     assert_corrected(&cell, &log, "known-torque", "urdf.joints.elbow.known_torque.factor", 0.8);

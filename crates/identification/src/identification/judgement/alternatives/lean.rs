@@ -57,12 +57,12 @@ impl Lean {
 
     /// Returns the turned gravity \[m/s²\].
     pub(in super::super) fn gravity_m_s2(&self) -> [f64; 3] {
-        turned(self.configured_m_s2, self.axis, self.angle_rad.value)
+        rotate(self.configured_m_s2, self.axis, self.angle_rad.value)
     }
 }
 
 /// Returns a vector that is turned about an axis of length 1.
-pub(super) fn turned(vector: [f64; 3], axis: [f64; 3], angle_rad: f64) -> [f64; 3] {
+pub(super) fn rotate(vector: [f64; 3], axis: [f64; 3], angle_rad: f64) -> [f64; 3] {
     let axis = Unit::new_unchecked(Vector3::from(axis));
     (Rotation3::from_axis_angle(&axis, angle_rad) * Vector3::from(vector)).into()
 }
@@ -90,18 +90,15 @@ pub(super) fn better_gravity(
     let own = matrix(model)?;
     let mut equations = NormalEquations::new(&own, DEPENDENT);
     let parameters = equations.solve(torque.as_slice(), weights)?;
-    let mut unexplained = |torque: &DVector<f64>| -> Option<DVector<f64>> {
-        let parameters = equations.solve(torque.as_slice(), weights)?;
-        Some(torque - own.times_parameters(&parameters))
-    };
     let axes = perpendicular(gravity_m_s2);
     let mut effects = Vec::new();
     for axis in axes {
-        let other = model.clone().with_gravity(turned(gravity_m_s2, axis, DIFFERENCE));
+        let other = model.clone().with_gravity(rotate(gravity_m_s2, axis, DIFFERENCE));
         let change = matrix(&other)?.times_parameters(&parameters);
-        effects.push(unexplained(&((change - own.times_parameters(&parameters)) / DIFFERENCE))?);
+        let effect = (change - own.times_parameters(&parameters)) / DIFFERENCE;
+        effects.push(unexplained(&own, &mut equations, &effect, weights)?);
     }
-    let residual = unexplained(torque)?;
+    let residual = unexplained(&own, &mut equations, torque, weights)?;
     let rows = torque.len() / weights.len();
     let product = |a: &DVector<f64>, b: &DVector<f64>| -> f64 {
         let of_joint = |(joint, weight): (usize, &f64)| {
@@ -117,12 +114,28 @@ pub(super) fn better_gravity(
     // Small turns about perpendicular axes add up to one about the sum of the axes.
     let axis = Vector3::from(axes[0]) * step[0] + Vector3::from(axes[1]) * step[1];
     let axis = Unit::try_new(axis, 0.0)?;
-    Some(turned(gravity_m_s2, axis.into_inner().into(), step.norm()))
+    Some(rotate(gravity_m_s2, axis.into_inner().into(), step.norm()))
+}
+
+/// Returns the part of a torque that no parameters explain.
+fn unexplained(
+    matrix: &ObservationMatrix,
+    equations: &mut NormalEquations,
+    torque: &DVector<f64>,
+    weights: &[f64],
+) -> Option<DVector<f64>> {
+    let parameters = equations.solve(torque.as_slice(), weights)?;
+    Some(torque - matrix.times_parameters(&parameters))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn about_x(angle_deg: f64) -> Lean {
+        let angle_rad = Chosen { value: angle_deg.to_radians(), standard_deviation: 0.01 };
+        Lean { configured_m_s2: [0.0, 0.0, -9.8], axis: [1.0, 0.0, 0.0], angle_rad }
+    }
 
     #[test]
     fn a_turn_leads_from_one_direction_to_the_other() {
@@ -131,7 +144,7 @@ mod tests {
             let [of_axis, gravity] = [axis, configured].map(Vector3::from);
             assert!((of_axis.norm() - 1.0).abs() < 1e-12 && of_axis.dot(&gravity).abs() < 1e-12);
             for angle_rad in [0.01, 0.8, 2.9] {
-                let other = turned(configured, axis, angle_rad);
+                let other = rotate(configured, axis, angle_rad);
                 assert!((Vector3::from(other).norm() / gravity.norm() - 1.0).abs() < 1e-12);
                 let found = Lean::between(configured, other).unwrap();
                 assert!((found.angle_rad.value - angle_rad).abs() < 1e-9);
@@ -139,11 +152,7 @@ mod tests {
                 assert!((0..3).all(|k| (again[k] - other[k]).abs() < 1e-9), "{again:?}");
             }
         }
-        let leaning = |deg: f64| {
-            let angle_rad = Chosen { value: deg.to_radians(), standard_deviation: 0.01 };
-            Lean { configured_m_s2: [0.0, 0.0, -9.8], axis: [1.0, 0.0, 0.0], angle_rad }
-        };
-        let near = [0.5, 45.0, 89.5, 90.5, 179.5].map(|deg| leaning(deg).near_axis());
+        let near = [0.5, 45.0, 89.5, 90.5, 179.5].map(|deg| about_x(deg).near_axis());
         let rounded = near.map(|of| of.map(|along| along.map(|own| (10.0 * own).round() / 10.0)));
         let wall = Some([0.0, 9.8, 0.0]);
         assert_eq!(rounded, [None, None, wall, wall, Some([0.0, 0.0, 9.8])]);
