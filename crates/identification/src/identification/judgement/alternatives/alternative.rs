@@ -4,6 +4,7 @@ use didim_dynamics::MAX_JOINTS;
 use didim_dynamics::robot::{JointIndex, MotorIndex, Robot, Transmission};
 use nalgebra::DMatrix;
 
+use super::chosen::Chosen;
 use super::lean::Lean;
 use crate::identification::problem::{Experiment, change_motor_positions, change_motor_torques};
 
@@ -32,15 +33,6 @@ pub enum Lag {
     LowPass,
     /// A delay.
     Delay,
-}
-
-/// Number that the data choose.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Chosen {
-    /// The number.
-    pub value: f64,
-    /// Its standard deviation, in the same unit. 0 before the alternative is named.
-    pub standard_deviation: f64,
 }
 
 /// Another reading of the signals, or of the arm, than the configured one.

@@ -2,7 +2,8 @@
 
 use didim_dynamics::robot::{JointIndex, MotorIndex, Robot};
 
-use super::alternative::{Alternative, Chosen, Lag, Signal};
+use super::alternative::{Alternative, Lag, Signal};
+use super::chosen::Chosen;
 use crate::identification::problem::Context;
 
 /// Smallest range of a motor whose signals can be tested \[rad or m\]. The signals of a motor at

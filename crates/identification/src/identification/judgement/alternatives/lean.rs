@@ -3,9 +3,8 @@
 use didim_dynamics::dynamics::Model;
 use nalgebra::{DVector, Matrix2, Rotation3, Unit, Vector2, Vector3};
 
-use super::alternative::Chosen;
-use super::normal_equations::NormalEquations;
-use super::screen::DEPENDENT;
+use super::chosen::Chosen;
+use super::normal_equations::{DEPENDENT, NormalEquations};
 use crate::regression::ObservationMatrix;
 
 /// Largest step \[rad\]. The torque is nearly linear in smaller ones.

@@ -15,13 +15,15 @@
 
 mod alternative;
 mod bank;
+mod chosen;
 mod lean;
 mod normal_equations;
 mod refit;
 mod screen;
 mod wording;
 
-pub use alternative::{Alternative, Chosen, Lag, Signal};
+pub use alternative::{Alternative, Lag, Signal};
+pub use chosen::Chosen;
 pub use lean::Lean;
 
 use nalgebra::DVector;

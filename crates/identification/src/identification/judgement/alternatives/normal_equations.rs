@@ -8,6 +8,9 @@ use crate::regression::{CholeskyFactor, ObservationMatrix, symmetric_product, tr
 /// Shortest column that is more than rounding, as a share of the longest one.
 const SHORTEST: f64 = 1e-9;
 
+/// Added to the squared columns, which have length 1, so that columns may depend on each other.
+pub(super) const DEPENDENT: f64 = 1e-9;
+
 /// Normal equations of a matrix for any torques and weights.
 #[derive(Clone)]
 pub(super) struct NormalEquations {

@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector, DVectorView};
 
 use super::alternative::{Alternative, Lag, Signal};
 use super::lean::{Lean, better_gravity};
-use super::normal_equations::NormalEquations;
+use super::normal_equations::{DEPENDENT, NormalEquations};
 use super::refit::Refit;
 use crate::identification::observation::{Motion, known_at, matrix_at};
 use crate::identification::problem::{
@@ -31,9 +31,6 @@ const LEAN_STEPS: usize = 4;
 
 /// Share of the golden ratio. Rows at its multiples never coincide with a period of the motion.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
-
-/// Added to the squared columns, which have length 1, so that columns may depend on each other.
-pub(super) const DEPENDENT: f64 = 1e-9;
 
 /// Some rows of a fit.
 pub(super) struct Screen<'s, 'a> {

@@ -2,7 +2,8 @@
 
 use core::fmt;
 
-use super::alternative::{Alternative, Chosen, Lag, Signal};
+use super::alternative::{Alternative, Lag, Signal};
+use super::chosen::Chosen;
 use super::lean::Lean;
 use didim_dynamics::robot::MotorIndex;
 
