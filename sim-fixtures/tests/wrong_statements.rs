@@ -355,7 +355,7 @@ fn absolute_values_of_torque_are_reported_alone() {
 fn torques_that_are_all_late_are_reported_with_their_delay() {
     let scenario = tx40_paper().unwrap();
     let period_s = scenario.controller().timing.sample_period_s();
-    let late = (0.01 / period_s).round() as usize;
+    let late = (0..REST).find(|samples| *samples as f64 * period_s > 0.0099).unwrap();
     let estimate = identified(&scenario, |signals| {
         for torque in &mut signals.torque_nm {
             torque.rotate_right(late);

@@ -516,7 +516,7 @@ fn leaning(
     let gain = |of: &Finalist| sum_of_gains(&of.squares);
     let best = of_gravity.max_by(|one, other| gain(one).total_cmp(&gain(other)));
     let start = best.and_then(|of| of.alternative.gravity_m_s2());
-    let is_turned = |of: &[f64; 3]| *of != [0.0; 3];
+    let is_turned = |of: &[f64; 3]| of.iter().any(|along| *along != 0.0);
     let (lean, after) = screen.lean(start.filter(is_turned))?;
     let squares = [before.to_vec(), after];
     let is_better = sum_of_gains(&squares) > best.map_or(0.0, gain) + RESOLUTION_OF_DIRECTION;
