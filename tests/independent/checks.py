@@ -267,7 +267,10 @@ class TheMetrics(unittest.TestCase):
         for cause, count in status["acquisition"]["frames_unused"].items():
             self.assertEqual(samples[("didim_frames_unused_total", ("cause", cause))], count)
         for value in status["estimation"]["last_estimate"]["parameters"]:
-            labels = ("method", "idim-ls"), ("parameter", value["name"])
+            labels = [("method", "idim-ls"), ("parameter", value["name"])]
+            # In the order of their names.
+            if "description" in value:
+                labels.insert(0, ("description", value["description"]))
             self.assertEqual(samples[("didim_estimate_parameter", *labels)], value["value"])
         p99 = samples[("didim_frame_to_buffer_seconds", ("quantile", "0.99"))]
         self.assertAlmostEqual(p99, 1e-9 * status["acquisition"]["frame_to_buffer"]["p99_ns"], delta=1e-15)
