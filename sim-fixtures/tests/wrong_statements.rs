@@ -19,16 +19,26 @@ const REST: usize = 1250;
 fn identified(scenario: &Scenario, change: impl FnOnce(&mut Signals)) -> Estimate {
     let mut signals = scenario.record_with_rests(REST, REST).unwrap().motor_signals();
     change(&mut signals);
+    let options = regression(Some(listed(scenario)), 200.0);
+    identified_as(scenario.robot(), scenario, &signals, (Method::IdimLs, &options))
+}
+
+/// Identified as a robot from the signals of a scenario, with its rests.
+fn identified_as(
+    robot: &Robot,
+    scenario: &Scenario,
+    signals: &Signals,
+    (method, options): (Method, &Options),
+) -> Estimate {
     let hold_s = scenario.controller().timing.sample_period_s();
-    let experiment = Experiment::motor_side(&signals, scenario.robot().transmission())
+    let experiment = Experiment::motor_side(signals, robot.transmission())
         .unwrap()
         .with_torque_timing(SignalTiming { hold_s, delay_s: 0.0 })
         .unwrap()
         .with_counted(REST..REST + scenario.samples())
         .unwrap();
-    let base = BaseParameters::compute(&Model::new(scenario.robot())).unwrap();
-    let options = regression(Some(listed(scenario)), 200.0);
-    identify(Method::IdimLs, scenario.robot(), &base, &experiment, &options).unwrap().estimate
+    let base = BaseParameters::compute(&Model::new(robot)).unwrap();
+    identify(method, robot, &base, &experiment, options).unwrap().estimate
 }
 
 /// Returns the findings with a code, and of each the joint that it is about, numbered from 1.
@@ -159,15 +169,7 @@ fn with_row(row: &str, wrong: &str, method: Method) -> Estimate {
         },
     };
     let signals = scenario.record_with_rests(REST, REST).unwrap().motor_signals();
-    let hold_s = scenario.controller().timing.sample_period_s();
-    let experiment = Experiment::motor_side(&signals, robot.transmission())
-        .unwrap()
-        .with_torque_timing(SignalTiming { hold_s, delay_s: 0.0 })
-        .unwrap()
-        .with_counted(REST..REST + scenario.samples())
-        .unwrap();
-    let base = BaseParameters::compute(&Model::new(&robot)).unwrap();
-    identify(method, &robot, &base, &experiment, &options).unwrap().estimate
+    identified_as(&robot, &scenario, &signals, (method, &options))
 }
 
 /// The rows of motors 3 and 6: 45 turns for one of joint 3, and 32 for one of joints 5 and 6.
@@ -295,9 +297,6 @@ fn a_base_that_leans_is_reported_with_its_direction() {
     let file = include_str!("../../config/robots/tx40.toml");
     assert!(file.contains(ON_THE_FLOOR));
     let level = Robot::from_toml(file).unwrap();
-    let names = level.nominal().unwrap().given_values().iter().map(|(name, _)| name.clone());
-    let options = regression(Some(names.collect()), 200.0);
-    let base = BaseParameters::compute(&Model::new(&level)).unwrap();
     for (angle_deg, axis) in [(15.0_f64, 0), (25.0, 1), (50.0, 0)] {
         let (sin, cos) = angle_deg.to_radians().sin_cos();
         let mut own = [0.0, 0.0, -9.81 * cos];
@@ -307,15 +306,8 @@ fn a_base_that_leans_is_reported_with_its_direction() {
         let text = include_str!("../scenarios/tx40-paper.toml");
         let scenario = Scenario::from_toml(text, leaning).unwrap();
         let signals = scenario.record_with_rests(REST, REST).unwrap().motor_signals();
-        let hold_s = scenario.controller().timing.sample_period_s();
-        let experiment = Experiment::motor_side(&signals, level.transmission())
-            .unwrap()
-            .with_torque_timing(SignalTiming { hold_s, delay_s: 0.0 })
-            .unwrap()
-            .with_counted(REST..REST + scenario.samples())
-            .unwrap();
-        let identified = identify(Method::IdimLs, &level, &base, &experiment, &options);
-        let estimate = identified.unwrap().estimate;
+        let options = regression(Some(listed(&scenario)), 200.0);
+        let estimate = identified_as(&level, &scenario, &signals, (Method::IdimLs, &options));
         let first = &estimate.verdict.findings()[0];
         assert_eq!(first.code, FindingCode::GravityDirection, "{:?}", estimate.verdict);
         let explanation = &estimate.verdict.uses.physical_values.explanations[0];

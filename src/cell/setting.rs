@@ -151,19 +151,20 @@ impl Cell {
             Some(arm) => [gravity_m_s2, configured].map(|of| arm.vector_in_base_link(of)),
             None => [gravity_m_s2, configured],
         };
-        let rounded = |value: f64| match standard_deviation_m_s2 > 0.0 {
-            // No minus before 0.
-            true => to_uncertainty(value, standard_deviation_m_s2, MAX_DIGITS)
-                .parse()
-                .map_or(value, |of: f64| of + 0.0),
-            false => value,
-        };
+        let standard_deviation = standard_deviation_m_s2;
         let mut explanation = format!("configured {configured:?}");
-        if standard_deviation_m_s2 > 0.0 {
-            let deviation = to_uncertainty(standard_deviation_m_s2, standard_deviation_m_s2, 2);
+        let mut rounded = value;
+        // One of the main directions has no uncertainty.
+        if standard_deviation > 0.0 {
+            for (value, configured) in rounded.iter_mut().zip(configured) {
+                // No minus before 0.
+                *value =
+                    Correction { configured, value: *value, standard_deviation }.rounded() + 0.0;
+            }
+            let deviation = to_uncertainty(standard_deviation, standard_deviation, 2);
             explanation += &format!("; data ± {deviation}");
         }
-        let value = SettingValue::List(value.map(rounded).to_vec());
+        let value = SettingValue::List(rounded.to_vec());
         if self.urdf.is_some() {
             return Some(self.setting_of("urdf.gravity_m_s2".to_owned(), value, explanation));
         }

@@ -74,12 +74,13 @@ pub fn gains_text(found: &FoundGains, robot: &Robot) -> String {
     text
 }
 
+fn joints<'a>(robot: &Robot, gains: impl Iterator<Item = &'a FoundGain>) -> Option<String> {
+    let joints: Vec<String> = gains.map(|gain| robot.joint_label(gain.joint)).collect();
+    (!joints.is_empty()).then(|| joints.join(", "))
+}
+
 fn notes(found: &FoundGains, robot: &Robot) -> Vec<String> {
     let mut notes = Vec::new();
-    fn joints<'a>(robot: &Robot, gains: impl Iterator<Item = &'a FoundGain>) -> Option<String> {
-        let joints: Vec<String> = gains.map(|gain| robot.joint_label(gain.joint)).collect();
-        (!joints.is_empty()).then(|| joints.join(", "))
-    }
     let mut add_note = |gains: Option<String>, what: &str| {
         notes.extend(gains.map(|gains| format!("joints {gains}: {what}")));
     };

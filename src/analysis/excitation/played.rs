@@ -136,11 +136,7 @@ impl Reference for PointCourse {
         velocity: &mut [f64],
         acceleration: &mut [f64],
     ) {
-        let State { position: q, velocity: dq, acceleration: ddq, .. } = self.state(time_s);
-        let n = self.joints();
-        position[..n].copy_from_slice(&q[..n]);
-        velocity[..n].copy_from_slice(&dq[..n]);
-        acceleration[..n].copy_from_slice(&ddq[..n]);
+        self.state(time_s).copy_to(self.joints(), position, velocity, acceleration);
     }
 }
 

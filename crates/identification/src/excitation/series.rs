@@ -56,7 +56,7 @@ pub struct State {
 
 impl State {
     /// Copies the values of a [`Reference`] with this number of joints.
-    pub(super) fn copy_to(
+    pub fn copy_to(
         &self,
         joints: usize,
         position: &mut [f64],

@@ -167,12 +167,14 @@ impl VerdictLimits {
                 .filter(|(_, torque, limit)| *torque > OTHER_UNIT * limit)
                 .map(|(joint, torque, limit)| Reason::OtherUnit { joint, torque, limit }),
         );
+        // The signs of the parameters say nothing then.
+        if reasons.iter().any(|of| matches!(of, Reason::UnsignedTorque { .. })) {
+            return reasons;
+        }
         // Joint, and true if the quantity is negative.
-        let has_signs = !reasons.iter().any(|of| matches!(of, Reason::UnsignedTorque { .. }));
         let positive: Vec<(JointIndex, bool)> = (estimate.parameters.iter().enumerate())
             .filter(|(index, p)| !p.regrouped && positive_quantity(known.context, *index).is_some())
             .filter(|(_, p)| p.value.abs() > self.negative_deviations * p.standard_deviation)
-            .filter(|_| has_signs)
             .map(|(index, p)| (parameter(known.context, index).joint, p.value < 0.0))
             .collect();
         let negative = positive.iter().filter(|(_, negative)| *negative).count();

@@ -5,7 +5,7 @@ use didim_dynamics::robot::{JointIndex, MotorIndex, Robot, Transmission};
 use nalgebra::DMatrix;
 
 use super::chosen::Chosen;
-use super::lean::Lean;
+use super::lean::{Lean, cosine};
 use crate::identification::problem::{Experiment, change_motor_positions, change_motor_torques};
 
 /// Signal of a motor.
@@ -168,9 +168,7 @@ impl Alternative {
     /// nearly alike at a few rows, where the other first moments explain what it explains.
     pub(super) fn is_variant(&self, other: &Self) -> bool {
         let is_opposite = match (self.gravity_m_s2(), other.gravity_m_s2()) {
-            (Some(one), Some(other)) => {
-                one.iter().zip(other).map(|(a, b)| a * b).sum::<f64>() < 0.0
-            }
+            (Some(one), Some(other)) => cosine(one, other) < 0.0,
             _ => false,
         };
         self.is_same_kind(other) && self.motors() == other.motors() && !is_opposite

@@ -4,6 +4,7 @@ use didim_dynamics::robot::{JointIndex, MotorIndex, Robot};
 
 use super::alternative::{Alternative, Lag, Signal};
 use super::chosen::Chosen;
+use super::lean::cosine;
 use crate::identification::problem::Context;
 
 /// Smallest range of a motor whose signals can be tested \[rad or m\]. The signals of a motor at
@@ -149,12 +150,6 @@ fn other_directions(configured: [f64; 3]) -> impl Iterator<Item = [f64; 3]> {
 /// Returns a vector along an axis.
 fn along(axis: usize, size: f64) -> [f64; 3] {
     core::array::from_fn(|k| if k == axis { size } else { 0.0 })
-}
-
-/// Returns the cosine of the angle between two vectors.
-fn cosine(one: [f64; 3], other: [f64; 3]) -> f64 {
-    let with = |a: [f64; 3], b: [f64; 3]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-    with(one, other) / (with(one, one) * with(other, other)).sqrt()
 }
 
 #[cfg(test)]

@@ -60,6 +60,12 @@ impl Lean {
     }
 }
 
+/// Returns the cosine of the angle between two vectors.
+pub(super) fn cosine(one: [f64; 3], other: [f64; 3]) -> f64 {
+    let [one, other] = [one, other].map(Vector3::from);
+    one.dot(&other) / (one.norm() * other.norm())
+}
+
 /// Returns a vector that is turned about an axis of length 1.
 pub(super) fn rotate(vector: [f64; 3], axis: [f64; 3], angle_rad: f64) -> [f64; 3] {
     let axis = Unit::new_unchecked(Vector3::from(axis));

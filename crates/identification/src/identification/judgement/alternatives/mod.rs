@@ -507,7 +507,7 @@ fn finalists(
 /// Returns the direction of gravity that fits best, if the picked rows can tell it from the best of
 /// `screened`.
 fn leaning(
-    screen: &mut Screen<'_, '_>,
+    screen: &Screen<'_, '_>,
     screened: &[Finalist],
     before: &[f64],
     torques: &DivisorTorques,
