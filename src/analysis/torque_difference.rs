@@ -31,6 +31,9 @@ pub enum TorqueDifferenceError {
 pub struct JointDifference {
     /// Number of the joint.
     pub joint: JointIndex,
+    /// Name of the joint in the robot file. `None` if it has none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub joint_name: Option<String>,
     /// Unit of all values except the time and the ratio: `N·m`, or `N` of a prismatic joint.
     pub unit: &'static str,
     /// Root mean square of the difference.
@@ -77,6 +80,7 @@ pub fn torque_difference(
             };
             JointDifference {
                 joint: JointIndex::new(joint),
+                joint_name: earlier.robot.joint_name(JointIndex::new(joint)).map(str::to_owned),
                 unit: described.kind.torque_unit(),
                 rms,
                 by_chance: rms_of(&then).zip(rms_of(&now)).map(|(then, now)| then.hypot(now)),

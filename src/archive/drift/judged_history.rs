@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use super::thinned_history::ThinnedHistory;
 use super::{Baseline, Change, DriftOptions, Entry, Tracker};
-use crate::archive::store::{HistoryError, HistoryLine, Timestamp, for_each_line};
+use crate::archive::store::{HistoryError, HistoryLine, ParameterValue, Timestamp, for_each_line};
 
 /// A history, judged against the baseline.
 ///
@@ -203,6 +203,17 @@ impl JudgedHistory {
         let newest_first = self.entries.iter().rev();
         let mut values = newest_first.filter_map(|entry| entry.line.parameter(parameter));
         values.find_map(|found| found.description.as_deref())
+    }
+
+    /// Returns the name of a parameter with that of its joint or link, if a result has it:
+    /// `fc3 (elbow_joint)`.
+    pub fn parameter_and_part(&self, parameter: &str) -> String {
+        let newest_first = self.entries.iter().rev();
+        let mut values = newest_first.filter_map(|entry| entry.line.parameter(parameter));
+        match values.find_map(ParameterValue::part_name) {
+            Some(part) => format!("{parameter} ({part})"),
+            None => parameter.to_owned(),
+        }
     }
 
     /// Returns the earliest and the latest time of a result. `None` if no result was stored with a

@@ -34,6 +34,9 @@ pub struct DriftStatus {
 pub struct ParameterDrift {
     /// Its name.
     pub parameter: String,
+    /// Its quantity with the name of its joint or link. `None` if the robot has no names.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub description: Option<String>,
     /// Relative change θ/θ₀ − 1.
     pub relative_change: Option<f64>,
     /// Difference in standard deviations, Δ / σ_Δ.
@@ -88,9 +91,10 @@ fn finite(value: f64) -> Option<f64> {
 }
 
 impl ParameterDrift {
-    pub(super) fn from_change(change: &Change) -> Self {
+    pub(super) fn from_change(change: &Change, description: Option<String>) -> Self {
         Self {
             parameter: change.parameter.clone(),
+            description,
             relative_change: finite(change.relative_change()),
             deviation_sigma: finite(change.difference_deviations()),
             band_share: finite(change.band_share()),

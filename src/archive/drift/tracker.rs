@@ -170,16 +170,17 @@ impl Tracker {
     /// Returns the drift for the status.
     pub fn status(&self) -> DriftStatus {
         let baseline = &self.baseline.result;
+        let description_of =
+            |name: &str| baseline.parameter(name).and_then(|of| of.description.clone());
         let changes = match &self.last_comparison {
-            Some(Ok(comparison)) => {
-                comparison.changes.iter().map(ParameterDrift::from_change).collect()
-            }
+            Some(Ok(comparison)) => (comparison.changes.iter())
+                .map(|of| ParameterDrift::from_change(of, description_of(&of.parameter)))
+                .collect(),
             _ => Vec::new(),
         };
         let alarms = self.alarms().filter_map(|(name, since)| {
             let change = self.last_change(name)?;
-            let text = self.sentence(name)?;
-            let described = baseline.parameter(name).and_then(|of| of.description.clone());
+            let (text, described) = (self.sentence(name)?, description_of(name));
             Some(AlarmStatus::new(&change, described, self.trend(name).as_ref(), since, text))
         });
         DriftStatus {

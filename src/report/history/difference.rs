@@ -145,7 +145,10 @@ fn torques_table(of: &[JointDifference]) -> String {
             .map(|of: &JointDifference| {
                 let torque = |value: f64| format!("{} {}", significant_digits(value, 2), of.unit);
                 vec![
-                    format!("joint {}", of.joint),
+                    of.joint_name.as_ref().map_or_else(
+                        || format!("joint {}", of.joint),
+                        |name| format!("joint {} ({name})", of.joint),
+                    ),
                     torque(of.rms),
                     of.by_chance.map_or("–".to_owned(), torque),
                     format!("{:.2} %", 100.0 * of.relative),

@@ -29,11 +29,14 @@ pub fn drift_text(history: &JudgedHistory, entry: &Entry) -> String {
     }
     let largest = entry.largest_change();
     let describe = |change: &crate::archive::drift::Change| {
-        format!("{} {:+.1} %", change.parameter, 100.0 * change.relative_change())
+        let name = history.parameter_and_part(&change.parameter);
+        format!("{name} {:+.1} %", 100.0 * change.relative_change())
     };
     match (entry.alarmed_parameters.split_first(), largest) {
-        (Some((first, [])), _) => format!("ALARM {first}"),
-        (Some((first, more)), _) => format!("ALARM {first} and {} more", more.len()),
+        (Some((first, [])), _) => format!("ALARM {}", history.parameter_and_part(first)),
+        (Some((first, more)), _) => {
+            format!("ALARM {} and {} more", history.parameter_and_part(first), more.len())
+        }
         (None, Some(change)) if change.band_share() > 1.0 => {
             format!("outside: {}", describe(change))
         }

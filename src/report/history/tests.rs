@@ -273,6 +273,28 @@ fn a_gap_has_no_line_and_no_alarm_is_not_a_band() {
     assert!(html.contains("fc3 (Coulomb friction of joint 3, <code>elbow</code>)"), "{html}");
     assert!(summary(&history).contains("fc3 (Coulomb friction of joint 3, `elbow`)"));
     assert!(plot(&history, "fc3", 42).unwrap().starts_with("Coulomb friction of joint 3, "));
+    let drift = drift_text(&history, &history.entries[6]);
+    assert_eq!(drift, "outside: fc3 (elbow) +15.0 %");
+}
+
+#[test]
+fn torques_along_a_motion_have_the_names_of_their_joints() {
+    let of = |joint_name: Option<&str>| crate::analysis::JointDifference {
+        joint: didim_dynamics::robot::JointIndex::new(2),
+        joint_name: joint_name.map(str::to_owned),
+        unit: "N·m",
+        rms: 0.8,
+        by_chance: Some(0.01),
+        largest: 1.1,
+        at_s: 2.5,
+        relative: 0.04,
+    };
+    let torques = vec![of(Some("elbow")), of(None)];
+    let difference = Difference { results: [0, 3], caveats: vec![], parameters: vec![], torques };
+    let table = difference.table();
+    let first = |line: &str| line.split("  ").next().map(str::to_owned);
+    let joints: Vec<_> = table.lines().rev().take(2).filter_map(first).collect();
+    assert_eq!(joints, ["joint 3", "joint 3 (elbow)"], "{table}");
 }
 
 #[test]

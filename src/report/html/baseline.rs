@@ -2,7 +2,7 @@
 
 use maud::html;
 
-use super::page::to_sentence;
+use super::page::{to_sentence, with_code};
 use super::{percent_text, section};
 use crate::archive::drift::{DriftStatus, ParameterDrift};
 
@@ -17,6 +17,7 @@ pub fn baseline_section(drift: &DriftStatus) -> String {
     parameters.sort_by(|one, other| share(other).total_cmp(&share(one)));
     let more = parameters.len().saturating_sub(MAX_ROWS);
     parameters.truncate(MAX_ROWS);
+    let is_described = parameters.iter().any(|of| of.description.is_some());
     let content = html! {
         @for alarm in &drift.alarms { p.alarm { strong { "Alarm: " } (alarm.sentence()) "." } }
         @if drift.compared && drift.alarms.is_empty() { p { "No alarm is raised." } }
@@ -31,6 +32,7 @@ pub fn baseline_section(drift: &DriftStatus) -> String {
                     th.number scope="col" { "Change" }
                     th.number scope="col" { "In σ" }
                     th.number scope="col" { "Share of the band" }
+                    @if is_described { th scope="col" { "Quantity" } }
                 } }
                 tbody { @for of in parameters { tr {
                     th scope="row" { (of.parameter) }
@@ -38,6 +40,9 @@ pub fn baseline_section(drift: &DriftStatus) -> String {
                     td.number { (of.deviation_sigma.map_or("–".into(), |by| format!("{by:.1}"))) }
                     td.number.refused[share(&of) > 1.0] {
                         (of.band_share.map_or("–".into(), |share| percent_text(share, 2)))
+                    }
+                    @if is_described {
+                        td { (with_code(of.description.as_deref().unwrap_or_default())) }
                     }
                 } } }
             } }

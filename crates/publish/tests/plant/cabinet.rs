@@ -78,6 +78,7 @@ impl Cabinet {
         };
         let changed = |k: u32| ParameterDrift {
             parameter: format!("fc{k}"),
+            description: None,
             relative_change: Some(f64::from(k) / 7000.0),
             deviation_sigma: Some(f64::from(k) / 7.0),
             band_share: Some(f64::from(k) / 70.0),

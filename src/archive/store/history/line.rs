@@ -74,6 +74,11 @@ impl ParameterValue {
         }
     }
 
+    /// Returns the name of its joint or link, from its description.
+    pub fn part_name(&self) -> Option<&str> {
+        self.description.as_deref()?.split('`').nth(1)
+    }
+
     /// Returns the unit for a table: a dash if it is unknown.
     pub fn unit_or_dash(&self) -> &str {
         if self.unit.is_empty() { "–" } else { &self.unit }

@@ -80,9 +80,8 @@ const MIN_NAME: usize = 6;
 
 /// Adds the name of the joint or link behind a row, as far as the width allows.
 fn add_name(line: &mut Line<'static>, parameter: &ParameterValue, width: usize) {
-    let quoted = parameter.description.as_deref().and_then(|of| of.split('`').nth(1));
     let available = width.saturating_sub(line.width() + 2);
-    let Some(name) = quoted.filter(|_| available >= MIN_NAME) else { return };
+    let Some(name) = parameter.part_name().filter(|_| available >= MIN_NAME) else { return };
     let name: String = without_control_characters(name).chars().take(available).collect();
     line.push_span(format!("  {name}"));
 }

@@ -70,6 +70,7 @@ fn drift(alarmed: bool) -> DriftStatus {
         let relative = if k == 14 { 0.123 } else { 0.012 * (k as f64 - 13.0) / 2.0 };
         ParameterDrift {
             parameter: (*name).to_owned(),
+            description: None,
             relative_change: Some(relative),
             deviation_sigma: Some(relative * value.abs() / sigma),
             band_share: Some(relative.abs() / 0.1),
