@@ -224,6 +224,29 @@ fn worn_friction_is_found_by_its_name_and_size() {
     let deviation = (change - (7.45 / 6.48 - 1.0)) * sigma / change;
     assert!(deviation.abs() < 4.0, "{deviation} σ from the truth: {alarms:?}");
 
+    // The report of a stored result has the comparison of its time, and its alarms.
+    let report = |number: &str, out: &[&str]| {
+        let of = ["report", number, "--state", &state, "--cell", &cia402_cell()];
+        didim(&[&of[..], out].concat()).done()
+    };
+    let drift = |number: &str| json(&report(number, &["--json"]))["drift"].clone();
+    assert!(drift("0").is_null(), "the baseline itself");
+    let alarmed = ["1", "2", "3"].map(|number| {
+        let drift = drift(number);
+        assert_eq!((&drift["baseline"], &drift["compared"]), (&0.into(), &true.into()));
+        assert_eq!(drift["parameters"].as_array().unwrap().len(), 28);
+        let alarms = drift["alarms"].as_array().unwrap().iter();
+        alarms.map(|alarm| alarm["parameter"].as_str().unwrap().to_owned()).collect::<Vec<_>>()
+    });
+    assert_eq!(alarmed, [vec![], vec![], vec!["fc3".to_owned()]]);
+    let page = folder.path("report.html");
+    for (number, alarms) in [("2", 0), ("3", 1)] {
+        report(number, &["--out", &page]);
+        let html = std::fs::read_to_string(&page).unwrap();
+        assert_eq!(html.matches("<p class=\"alarm\"><strong>Alarm: </strong>fc3").count(), alarms);
+        assert_eq!(html.matches("No alarm is raised.").count(), 1 - alarms);
+    }
+
     // The same in torque along a motion: 1 N·m where joint 3 moves, and chance everywhere else.
     let compare = ["history", "--state", &state, "--cell", &cia402_cell(), "--compare", "0", "3"];
     let along = ["--along", &folder.path("drive.log")];

@@ -4,19 +4,22 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use didim_identification::identification::{Fit, Identification};
+use serde::Serialize;
 
 use super::replay::replay_recording;
 use crate::CliError;
 use crate::names::DEFAULT_CELL;
-use crate::output::{check_outputs, print, write_report};
+use crate::output::{check_outputs, print, print_json, write_report};
 use crate::stream::InputFileOrStream;
 use didim::analysis::OTHER_CONFIGURATION;
+use didim::archive::drift::DriftStatus;
 use didim::archive::drift_of_result;
 use didim::archive::store::{HistoryLine, ResultRecord, for_each_line, result_file};
 use didim::cell::Cell;
 use didim::files::read_bytes;
 use didim::live::recording::kept_result;
 use didim::report::html::{Origin, Report, SampleRange};
+use didim::window::Note;
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
@@ -31,6 +34,23 @@ pub(crate) struct Arguments {
     /// The report [default: `result-00000042.html` in this folder, for result 42]
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
+    /// Print the result with its comparison with the baseline as one JSON object, and write no
+    /// report
+    #[arg(long, conflicts_with = "out")]
+    json: bool,
+}
+
+/// Output of `--json`: the stored result, and what the history knows about it.
+#[derive(Serialize)]
+struct Output<'a> {
+    #[serde(flatten)]
+    record: &'a ResultRecord,
+    /// Note on the window.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    note: Option<&'a Note>,
+    /// Comparison with the baseline and the raised alarms. `None` without a baseline, and for
+    /// results before it.
+    drift: Option<&'a DriftStatus>,
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
@@ -39,10 +59,17 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let number = arguments.result;
     let file = result_file(folder, number);
     let out = arguments.out.clone().unwrap_or_else(|| default_name(&file));
-    check_outputs([&out], &[&arguments.cell, &file, &cell.robot_file])?;
-    let record = read_bytes(&file).map_err(|error| CliError::in_file(&file, error))?;
-    let mut record: ResultRecord =
-        serde_json::from_slice(&record).map_err(|error| CliError::in_file(&file, error))?;
+    if !arguments.json {
+        check_outputs([&out], &[&arguments.cell, &file, &cell.robot_file])?;
+    }
+    let mut record = read_record(&file)?;
+    let line = history_line(folder, number)?;
+    let drift = line.as_ref().map(|line| drift_of_result(folder, line, cell.service.drift));
+    let drift = drift.transpose().map_err(CliError::from_failure)?.flatten();
+    if arguments.json {
+        let note = line.as_ref().and_then(|line| line.note.as_ref());
+        return print_json(&Output { record: &record, note, drift: drift.as_ref() });
+    }
     // JSON has it in the name alone.
     for parameter in &mut record.estimate.parameters {
         parameter.regrouped = parameter.name.ends_with('r');
@@ -60,9 +87,6 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let has_curves = reproduced.is_some();
     let stored = || Identification { estimate: record.estimate.clone(), fit: Fit::default() };
     let identification = reproduced.unwrap_or_else(stored);
-    let line = history_line(folder, number)?;
-    let drift = line.as_ref().map(|line| drift_of_result(folder, line, cell.service.drift));
-    let drift = drift.transpose().map_err(CliError::from_failure)?.flatten();
     let origin = Origin {
         input: None,
         samples: SampleRange::Window(record.window.clone()),
@@ -73,6 +97,11 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     write_report(&out, &Report { drift: drift.as_ref(), ..report })?;
     let curves = if has_curves { "" } else { " without curves: its recording is not kept" };
     print(&format!("{}: the report of result {number}{curves}\n", out.display()))
+}
+
+fn read_record(file: &Path) -> Result<ResultRecord, CliError> {
+    let bytes = read_bytes(file).map_err(|error| CliError::in_file(file, error))?;
+    serde_json::from_slice(&bytes).map_err(|error| CliError::in_file(file, error))
 }
 
 fn default_name(result: &Path) -> PathBuf {
