@@ -10,6 +10,7 @@ mod check;
 mod comparison;
 mod configuration;
 mod conversion;
+mod dialogue;
 mod fleet;
 mod golden;
 mod history;

@@ -1,13 +1,16 @@
 //! The commands around the service: `replay`, `status`, `window`, `run`, `demo`.
 
+use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use rustix::process::{Pid, Signal, kill_process};
 
+use didim::service::status::Health;
 use didim_identification::identification::{Finding, FindingCode, Severity, Use};
 
 use super::support::{Folder, data, didim, head, packed_cell};
+use super::top::{first_snapshot, serve};
 use crate::program::Installation;
 
 #[test]
@@ -90,6 +93,48 @@ fn a_use_that_a_script_requires_has_its_own_exit_code() {
     assert!(outcome.stdout.contains(&format!("note: {refusal}")), "{outcome:#?}");
     outcome.says(3, &[refusal]);
     predict(&bad, &["--require", "contact-detection"]).refused(2, &["possible values: monitoring"]);
+}
+
+/// A service whose last result is usable for monitoring and not for prediction, and one that is
+/// not healthy: exit code 3 says so, and the status is printed all the same.
+#[test]
+fn a_use_of_the_service_s_last_result_is_required() {
+    let mut snapshot = first_snapshot();
+    snapshot.health = Health { ok: true, ..Health::default() };
+    let uses = serde_json::json!([
+        { "use": "monitoring", "applicable": true },
+        { "use": "prediction", "applicable": false, "reasons": ["a reason of the test"] },
+    ]);
+    let estimate = serde_json::json!({
+        "window": 0, "first_sequence": 0, "last_sequence": 1, "method": "idim-ls",
+        "parameters": [], "relative_error": 0.1, "condition_number": 10.0,
+        "applicable": false, "reasons": [], "uses": uses,
+    });
+    let estimation = snapshot.estimation.as_mut().unwrap();
+    estimation.last_estimate = Some(serde_json::from_value(estimate).unwrap());
+    let (good, ill) = (Folder::new(), Folder::new());
+    serve(Path::new(&good.path("status.sock")), &snapshot);
+    snapshot.health.add("no sample has come".to_owned());
+    serve(Path::new(&ill.path("status.sock")), &snapshot);
+    let status = |folder: &Folder, required: &[&str]| {
+        let runtime = folder.path("");
+        let mut status = vec!["status", "--json", "--runtime", &runtime];
+        status.extend(required.iter().flat_map(|of| ["--require", of]));
+        didim(&status)
+    };
+    for required in [&[][..], &["healthy"], &["monitoring"], &["monitoring", "healthy"]] {
+        status(&good, required).done();
+    }
+    let refused = status(&good, &["monitoring", "prediction"]);
+    let printed: serde_json::Value = serde_json::from_str(&refused.stdout).unwrap();
+    assert_eq!(printed["estimation"]["last_estimate"]["uses"][1]["applicable"], false);
+    refused.says(3, &["not usable for prediction: a reason of the test"]);
+    status(&good, &["rigid-body"]).says(3, &["rigid-body"]);
+    // Its health is required in any case.
+    for required in [&[][..], &["monitoring"]] {
+        status(&ill, required).says(3, &["not healthy: no sample has come"]);
+    }
+    status(&good, &["contact-detection"]).refused(2, &["possible values", "healthy"]);
 }
 
 #[test]

@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 use didim::live::acquire::SharedAcquisition;
 use didim::live::stream::StreamOptions;
 use didim::live::worker::SharedEstimation;
-use didim::service::status::Collector;
+use didim::service::status::{Collector, Snapshot};
 use rustix::process::{Pid, Signal, kill_process};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{LocalModes, Winsize, tcgetattr, tcsetwinsize};
@@ -21,7 +21,8 @@ use super::support::{Folder, didim};
 const LEAVE_ALTERNATE_SCREEN: &str = "\x1b[?1049l";
 const SHOW_CURSOR: &str = "\x1b[?25h";
 
-struct Watched {
+/// A program on a terminal of 80 × 24 characters.
+pub(super) struct Watched {
     child: Child,
     terminal: File,
     /// The other end, so that the settings outlast the program.
@@ -31,6 +32,10 @@ struct Watched {
 
 impl Watched {
     fn start(runtime: &str, variables: &[(&str, &str)]) -> Self {
+        Self::start_command(&["top", "--runtime", runtime], variables)
+    }
+
+    pub(super) fn start_command(arguments: &[&str], variables: &[(&str, &str)]) -> Self {
         let terminal = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).unwrap();
         grantpt(&terminal).unwrap();
         unlockpt(&terminal).unwrap();
@@ -41,7 +46,7 @@ impl Watched {
         assert!(canonical(&slave));
         let end = || Stdio::from(slave.try_clone().unwrap());
         let child = Command::new(env!("CARGO_BIN_EXE_didim"))
-            .args(["top", "--runtime", runtime])
+            .args(arguments)
             .env("TERM", "xterm-256color")
             .env_remove("NO_COLOR")
             .envs(variables.iter().copied())
@@ -64,8 +69,14 @@ impl Watched {
 
     #[track_caller]
     fn waits_for(&self, words: &str) {
+        self.waits_for_count(words, 1);
+    }
+
+    /// Waits until the words have come so often.
+    #[track_caller]
+    pub(super) fn waits_for_count(&self, words: &str, count: usize) {
         let until = Instant::now() + Duration::from_secs(20);
-        while !self.shown.lock().unwrap().contains(words) {
+        while self.shown.lock().unwrap().matches(words).count() < count {
             assert!(Instant::now() < until, "never {words:?}: {:?}", self.shown.lock().unwrap());
             std::thread::sleep(Duration::from_millis(20));
         }
@@ -85,7 +96,15 @@ impl Watched {
         (status, shown)
     }
 
-    fn key(&mut self, key: &str) {
+    /// Waits for its end, and returns what it showed.
+    pub(super) fn ended(mut self) -> (ExitStatus, String) {
+        let status = self.child.wait().unwrap();
+        std::thread::sleep(Duration::from_millis(100));
+        let shown = self.shown.lock().unwrap().clone();
+        (status, shown)
+    }
+
+    pub(super) fn key(&mut self, key: &str) {
         self.terminal.write_all(key.as_bytes()).unwrap();
     }
 }
@@ -102,14 +121,19 @@ fn canonical(terminal: &File) -> bool {
     tcgetattr(terminal).unwrap().local_modes.contains(LocalModes::ICANON | LocalModes::ECHO)
 }
 
-/// Tells the status to all who ask, as long as the listener lives.
-fn serve(socket: &Path) {
+/// The status of a service that has just begun.
+pub(super) fn first_snapshot() -> Snapshot {
     let options = StreamOptions::new("left-cell", (Path::new("/tmp/x"), "x"), 6, 500.0, 1.0);
     let (acquisition, estimation) = (SharedAcquisition::default(), SharedEstimation::default());
     let now = Instant::now();
     let mut collector =
         Collector::new(&options.unwrap(), Some(acquisition), Some(estimation), None, now);
-    let json = serde_json::to_vec(&collector.snapshot(now)).unwrap();
+    collector.snapshot(now)
+}
+
+/// Tells the status to all who ask, as long as the test runs.
+pub(super) fn serve(socket: &Path, snapshot: &Snapshot) {
+    let json = serde_json::to_vec(snapshot).unwrap();
     let listener = UnixListener::bind(socket).unwrap();
     std::thread::spawn(move || {
         for stream in listener.incoming() {
@@ -124,7 +148,7 @@ fn it_waits_for_a_service_and_a_key_ends_it() {
     let runtime = folder.path("");
     let mut watched = Watched::start(&runtime, &[]);
     watched.waits_for("no answer yet, asking again every second");
-    serve(&Path::new(&runtime).join("status.sock"));
+    serve(&Path::new(&runtime).join("status.sock"), &first_snapshot());
     watched.waits_for("left-cell");
     // Only what differs from what is shown is written.
     watched.waits_for("0/s, 0 in all");
