@@ -41,8 +41,9 @@ const CONTAINERS: [(&[u8], &str, &str); 11] = [
         b"TDSm",
         "a TDMS file of LabVIEW",
         "write it as CSV (pip install npTDMS pandas): python3 -c \"import sys, nptdms as n; \
-        n.TdmsFile.read(sys.argv[1]).as_dataframe().to_csv(sys.argv[2], index=False)\" FILE \
-        run.csv",
+        f = n.TdmsFile.read(sys.argv[1]); d = f.as_dataframe(); c = f.groups()[0].channels()[0]; \
+        'wf_increment' in c.properties and d.insert(0, 'time_s', c.time_track()); \
+        d.to_csv(sys.argv[2], index=False)\" FILE run.csv",
     ),
     (b"\x28\xb5\x2f\xfd", "compressed by zstd", "decompress it: `zstd -d FILE`"),
     (b"\xfd7zXZ\0", "compressed by xz", "decompress it: `xz -d FILE`"),
