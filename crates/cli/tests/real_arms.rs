@@ -330,12 +330,17 @@ fn figure(estimate: &Value, name: &str) -> f64 {
 /// the decimation, and neither does a verdict.
 #[test]
 fn the_cross_validation_of_real_arms_does_not_depend_on_the_decimation() {
-    let kr300 = motions_of("abc");
-    let arms = [
-        ("kr300", kr300.as_slice(), ["1.8", "8.2"]),
-        ("tiago", &["motion.csv".to_owned()], ["9.2", "67.9"]),
+    let bag = crate::sqlite_bag::bag();
+    let ur10 = bag.path().join("motion.db3").display().to_string();
+    let mut arms = vec![
+        ("kr300", motions_of("abc"), ["1.8", "8.2"]),
+        ("tiago", vec!["motion.csv".to_owned()], ["9.2", "67.9"]),
     ];
+    if cfg!(feature = "sqlite") {
+        arms.push(("ur10", vec![ur10], ["0.1", "27.4"]));
+    }
     for (arm, recordings, [from_s, to_s]) in arms {
+        let recordings = recordings.as_slice();
         let found = [5, 10, 20].map(|factor| {
             let (_place, cell) =
                 copied_cell(arm, &[("factor = 10", &format!("factor = {factor}"))]);
