@@ -103,6 +103,11 @@ impl ParameterKind {
         )
     }
 
+    /// Returns true for the mass of a link and its first moments, on which gravity acts.
+    pub fn is_heavy(self) -> bool {
+        matches!(self, Self::Mx | Self::My | Self::Mz | Self::M)
+    }
+
     /// Returns the name of the quantity: `Coulomb friction`.
     pub fn quantity(self) -> &'static str {
         match self {

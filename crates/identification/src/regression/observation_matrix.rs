@@ -239,6 +239,19 @@ impl ObservationMatrix {
         gram
     }
 
+    /// Adds `factor` times another matrix, whose entries this one has too.
+    pub(crate) fn add_scaled(&mut self, factor: f64, other: &Self) {
+        for (joint, entries) in self.joints.iter().enumerate() {
+            for (column, added) in other.of_joint(joint) {
+                let Ok(at) = entries.binary_search_by_key(&column, |own| own.column) else {
+                    continue;
+                };
+                let mut own = self.values.column_mut(entries[at].position);
+                own.iter_mut().zip(added).for_each(|(to, value)| *to += factor * value);
+            }
+        }
+    }
+
     /// Sets a row of a joint to 0.
     pub(crate) fn zero_row(&mut self, joint: usize, row: usize) {
         for entry in &self.joints[joint] {

@@ -8,8 +8,10 @@ use super::group::{MotionGroup, States};
 use super::motion::Motion;
 use crate::identification::problem::{Context, IdentificationError, Selection};
 use crate::regression::ObservationMatrix;
-use crate::signal::{Group, ParallelDecimation};
+use crate::signal::{Group, ParallelDecimation, SignalError};
 use didim_dynamics::dynamics::{Model, RegressorColumns, Workspace};
+use didim_dynamics::numeric::{Lanes, Scalar};
+use didim_dynamics::robot::Robot;
 
 /// Returns the filtered, decimated observation matrix X of a motion: the rows of each joint
 /// together, one column per selected parameter. Equation 6 filters each column like the torque.
@@ -89,6 +91,71 @@ pub(crate) fn matrix_at(
     let (all, none) = (0..states.position.nrows(), ParallelDecimation::identity());
     let entries = entries(model, &columns, states, &none, all)?;
     Ok(matrix_of(model, &columns, entries))
+}
+
+/// Returns what gravity of 1 m/s² along each axis of the base adds to the observation matrix of the
+/// fitted rows, which is linear in gravity.
+///
+/// # Errors
+/// Those of [`observation_matrix`].
+pub(crate) fn fitted_gravity_matrices(
+    context: &Context<'_>,
+    motion: &Motion,
+) -> Result<[ObservationMatrix; 3], IdentificationError> {
+    let (robot, columns) = (context.robot, context.selection.columns());
+    gravity_matrices((robot, &context.model), columns, motion, |signals, read| {
+        context.decimate_signals(signals, read)
+    })
+}
+
+/// Returns what gravity of 1 m/s² along each axis of the base adds to these regressor columns at
+/// the states of a motion.
+///
+/// # Errors
+/// [`IdentificationError::Regressor`] when the regressor is not finite.
+pub(crate) fn gravity_matrices_at(
+    arm: (&Robot, &Model),
+    columns: &[usize],
+    states: &Motion,
+) -> Result<[ObservationMatrix; 3], IdentificationError> {
+    let (count, none) = (states.position.nrows(), ParallelDecimation::identity());
+    gravity_matrices(arm, columns, states, |signals, read| {
+        none.decimate_groups(count, signals, 0..count, read)
+    })
+}
+
+fn gravity_matrices(
+    (robot, model): (&Robot, &Model),
+    columns: &[usize],
+    motion: &Motion,
+    decimate: impl FnOnce(
+        usize,
+        &mut dyn FnMut(usize, &mut [Group]),
+    ) -> Result<DMatrix<f64>, SignalError>,
+) -> Result<[ObservationMatrix; 3], IdentificationError> {
+    let kind = |place: &usize| robot.parameters().parameters()[columns[*place]].kind;
+    let is_heavy = |place: &usize| kind(place).is_heavy();
+    let places: Vec<usize> = (0..columns.len()).filter(is_heavy).collect();
+    let heavy: Vec<usize> = places.iter().map(|place| columns[*place]).collect();
+    let entries = model.regressor_entries(&heavy);
+    let (joints, count) = (model.joints(), entries.entries().len());
+    let models = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
+        .map(|gravity_m_s2| model.clone().with_gravity(gravity_m_s2));
+    let (mut workspace, mut group) = (Workspace::new(), MotionGroup::of_joints(joints));
+    let rest = vec![Lanes::zero(); joints];
+    let values = decimate(models.len() * count, &mut |first, groups| {
+        let q = group.read(motion, first).q;
+        for (model, to) in models.iter().zip(groups.chunks_exact_mut(count.max(1))) {
+            model.selected_regressor(&mut workspace, &entries, q, &rest, &rest, to);
+        }
+    })
+    .map_err(IdentificationError::of_regressor)?;
+    Ok(core::array::from_fn(|axis| {
+        let own = entries.entries().iter().map(|(joint, column)| (*joint, places[*column]));
+        let values = values.columns(axis * count, count).into_owned();
+        let matrix = ObservationMatrix::of_entries(joints, columns.len(), own, values);
+        matrix.without_joints(unrecorded(model))
+    }))
 }
 
 /// Columns of all base parameters along a motion, filtered and decimated, at the fitted rows.

@@ -19,7 +19,8 @@ pub(crate) use inverse_dynamics::{InverseDynamics, torque_rates};
 pub(crate) use known_torque::{known_at, torque_equation};
 pub use matrix::observation_matrix;
 pub(crate) use matrix::{
-    AuxiliaryObservation, BaseColumns, fitted_matrix, fitted_matrix_of, matrix_at, regressor_rows,
+    AuxiliaryObservation, BaseColumns, fitted_gravity_matrices, fitted_matrix, fitted_matrix_of,
+    gravity_matrices_at, matrix_at, regressor_rows,
 };
 pub(crate) use motion::motion_along;
 pub use motion::{Motion, filtered_motion};

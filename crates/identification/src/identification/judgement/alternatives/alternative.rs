@@ -6,6 +6,7 @@ use nalgebra::DMatrix;
 
 use super::chosen::Chosen;
 use super::lean::{Lean, cosine};
+use super::refit::{Refit, Shared};
 use crate::identification::problem::{Experiment, change_motor_positions, change_motor_torques};
 
 /// Signal of a motor.
@@ -179,21 +180,28 @@ impl Alternative {
         matches!(self, Self::OppositeSign { .. } | Self::Swapped { .. })
     }
 
-    /// Returns true if motion, model and counted samples are as they are configured. A delay leaves
+    /// Returns true if motion and counted samples are as they are configured. A delay leaves
     /// samples out.
-    pub(super) fn keeps_motion(&self) -> bool {
+    fn keeps_motion(&self) -> bool {
         match self {
+            Self::NoGravity | Self::Gravity { .. } | Self::Leaning(_) => true,
             Self::OppositeSign { signal, .. }
             | Self::Swapped { signal, .. }
             | Self::Late { signal, lag: Lag::LowPass, .. } => *signal == Signal::Torque,
             Self::TorqueScale { .. } => true,
+            Self::DriveInertia { .. } => true,
             Self::Late { lag: Lag::Delay, .. }
             | Self::PositionScale { .. }
-            | Self::NoGravity
-            | Self::Gravity { .. }
-            | Self::Leaning(_)
-            | Self::Coupling { .. }
-            | Self::DriveInertia { .. } => false,
+            | Self::Coupling { .. } => false,
+        }
+    }
+
+    /// Returns what its solution has in common with the configured one.
+    pub(super) fn shared<'s, 'a>(&self, configured: &'s Refit<'a>) -> Shared<'s, 'a> {
+        match (self.keeps_motion(), self.has_other_model()) {
+            (true, false) => Shared::Matrix(configured),
+            (true, true) => Shared::Motion(configured),
+            (false, _) => Shared::Nothing,
         }
     }
 

@@ -1,9 +1,9 @@
 //! Gravity that is turned from its configured direction.
 
-use didim_dynamics::dynamics::Model;
 use nalgebra::{DVector, Matrix2, Rotation3, Unit, Vector2, Vector3};
 
 use super::chosen::Chosen;
+use super::gravity_columns::GravityColumns;
 use super::normal_equations::{DEPENDENT, NormalEquations};
 use crate::regression::ObservationMatrix;
 
@@ -12,9 +12,6 @@ const LONGEST_STEP: f64 = 0.5;
 
 /// Half of the confidence interval of 95 % \[standard deviations\].
 const QUANTILE_OF_95: f64 = 1.96;
-
-/// Angle of the finite differences over the direction \[rad\].
-const DIFFERENCE: f64 = 1e-6;
 
 /// Turn of gravity about an axis of the base.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -82,25 +79,23 @@ pub(super) fn perpendicular(vector: [f64; 3]) -> [[f64; 3]; 2] {
 /// Share of the squared effect of a turn below which it stays as it is.
 const NO_EFFECT: f64 = 1e-6;
 
-/// Returns the gravity after a Gauss-Newton step from that of a model. The residual is split into
-/// what a turn of gravity explains and what a change of the parameters does. `matrix` returns the
-/// observation matrix of a model; `weights` are those of the squared torques of each joint.
+/// Returns the gravity after a Gauss-Newton step. The residual is split into what a turn of gravity
+/// explains and what a change of the parameters does. `weights` are those of the squared torques of
+/// each joint.
 pub(super) fn better_gravity(
-    model: &Model,
-    matrix: &dyn Fn(&Model) -> Option<ObservationMatrix>,
+    columns: &GravityColumns,
+    gravity_m_s2: [f64; 3],
     torque: &DVector<f64>,
     weights: &[f64],
 ) -> Option<[f64; 3]> {
-    let gravity_m_s2 = model.gravity_m_s2();
-    let own = matrix(model)?;
+    let own = columns.matrix(gravity_m_s2);
     let mut equations = NormalEquations::new(&own, DEPENDENT);
     let parameters = equations.solve(torque.as_slice(), weights)?;
     let axes = perpendicular(gravity_m_s2);
     let mut effects = Vec::new();
     for axis in axes {
-        let other = model.clone().with_gravity(rotate(gravity_m_s2, axis, DIFFERENCE));
-        let change = matrix(&other)?.times_parameters(&parameters);
-        let effect = (change - own.times_parameters(&parameters)) / DIFFERENCE;
+        let change = Vector3::from(axis).cross(&Vector3::from(gravity_m_s2));
+        let effect = columns.added_torque(change.into(), &parameters);
         effects.push(unexplained(&own, &mut equations, &effect, weights)?);
     }
     let residual = unexplained(&own, &mut equations, torque, weights)?;

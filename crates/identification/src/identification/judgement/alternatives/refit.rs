@@ -2,24 +2,28 @@
 
 use nalgebra::DVector;
 
+use super::gravity_columns::GravityColumns;
 use super::lean::{Lean, better_gravity};
 use super::normal_equations::NormalEquations;
 use crate::identification::judgement::positive_parameter::{parameter, positive_quantity};
 use crate::identification::observation::{
-    Motion, filtered_motion, filtered_torque, fitted_matrix, fitted_matrix_of, torque_equation,
+    Motion, filtered_motion, filtered_torque, fitted_matrix, torque_equation,
 };
 use crate::identification::problem::{Context, Experiment, Method, Options};
-use crate::regression::{Observations, ResidualAnalysis, RowFilter, Solution};
+use crate::regression::{ObservationMatrix, Observations, ResidualAnalysis, RowFilter, Solution};
 use didim_dynamics::dynamics::{BaseParameters, Model};
 use didim_dynamics::robot::{MotorIndex, ParameterKind, Robot};
 
 /// Number of samples used. Wrong readings are present from the first sample on.
 const INSPECTED: usize = 1 << 14;
 
-/// Smallest sample rate, as a multiple of the rate of the rows and of that of the highest frequency
-/// of the filtered positions. Central differences of what passes the filters are then right to 1 %,
-/// for each reading alike.
-const OVERSAMPLING: f64 = 10.0;
+/// Smallest sample rate, as a multiple of the cut-off of the position filter. Central differences of
+/// the positions that pass it are then right to 2 %, for each reading alike.
+const RATE_OF_POSITIONS: f64 = 20.0;
+
+/// The same, as a multiple of the rate of the rows. Nothing above 0.4 of it passes the decimation
+/// filter.
+const RATE_OF_ROWS: f64 = 5.0;
 
 /// Added to the squared columns, which have length 1: more than the rounding errors of their
 /// products, and less than the square of what data determine.
@@ -39,11 +43,11 @@ impl Inspected {
         let samples = context.experiment.first_samples(INSPECTED);
         let mut options = context.options.clone();
         let rate_hz = samples.sample_rate_hz();
-        let needed_hz = context.rows_hz().max(2.0 * options.position_filter.cutoff_hz);
+        let of_positions_hz = RATE_OF_POSITIONS * options.position_filter.cutoff_hz;
+        let needed_hz = of_positions_hz.max(RATE_OF_ROWS * context.rows_hz());
         let factor = options.decimation_filter.factor;
-        let is_enough = |count: &usize| {
-            factor.is_multiple_of(*count) && rate_hz / *count as f64 >= OVERSAMPLING * needed_hz
-        };
+        let is_enough =
+            |count: &usize| factor.is_multiple_of(*count) && rate_hz / *count as f64 >= needed_hz;
         let count = (1..=factor).rev().find(is_enough).unwrap_or(1);
         options.decimation_filter.factor = factor / count;
         let samples = if count > 1 { samples.means_of(count) } else { samples };
@@ -90,6 +94,17 @@ pub(super) struct Refit<'a> {
     /// Residual of each joint; `None` if its torque is not recorded.
     pub(super) joints: Vec<Option<JointResidual>>,
     pub(super) solved: Solved,
+}
+
+/// What a solution has in common with another one.
+#[derive(Clone, Copy)]
+pub(super) enum Shared<'s, 'a> {
+    /// Nothing.
+    Nothing,
+    /// The motion.
+    Motion(&'s Refit<'a>),
+    /// Motion and model.
+    Matrix(&'s Refit<'a>),
 }
 
 /// Equation with its weighted solution.
@@ -173,38 +188,57 @@ impl Solved {
 }
 
 impl<'a> Refit<'a> {
-    /// Returns a turn of gravity after Gauss-Newton steps on the fitted rows. This is the solution
-    /// with the turn.
-    pub(super) fn closer(&self, lean: Lean) -> Option<Lean> {
-        let matrix = |model: &Model| fitted_matrix_of(&self.context, model, &self.motion).ok();
-        let torque = self.solved.equation.measurements();
-        let rms = self.solved.equation.rms_per_joint(torque);
+    /// Returns a turn of gravity after Gauss-Newton steps on the fitted rows, with its solution.
+    /// This is the solution with the turn.
+    pub(super) fn closer(&self, lean: Lean) -> Option<(Lean, Self)> {
+        let Self { context, motion, torque: measured, solved: Solved { equation, .. }, .. } = self;
+        let columns = GravityColumns::fitted(context, motion, equation.matrix().clone())?;
+        let torque = equation.measurements();
+        let rms = equation.rms_per_joint(torque);
         let weights: Vec<f64> =
             rms.iter().map(|of| if *of > 0.0 { of.powi(-2) } else { 0.0 }).collect();
         let mut gravity_m_s2 = lean.gravity_m_s2();
         for _ in 0..CLOSING_STEPS {
-            let model = self.context.model.clone().with_gravity(gravity_m_s2);
-            gravity_m_s2 = better_gravity(&model, &matrix, torque, &weights)?;
+            gravity_m_s2 = better_gravity(&columns, gravity_m_s2, torque, &weights)?;
         }
-        Lean::between(lean.configured_m_s2, gravity_m_s2)
+        let mut context = context.clone();
+        context.model = context.model.with_gravity(gravity_m_s2);
+        let matrix = columns.matrix(gravity_m_s2);
+        let normal = NormalEquations::new(&matrix, ROUNDING);
+        let closer = Self::solve(context, motion.clone(), measured.clone(), (matrix, normal))?;
+        Some((Lean::between(lean.configured_m_s2, gravity_m_s2)?, closer))
     }
 
-    /// Solves with the samples of a context. `same_motion` is a solution with the same motion and
-    /// model, if there is one. `None` if there is no solution.
-    pub(super) fn new(context: Context<'a>, same_motion: Option<&Refit<'_>>) -> Option<Self> {
-        let (motion, matrix, normal) = match same_motion {
-            Some(Refit { motion, solved: of, .. }) => {
-                (motion.clone(), of.equation.matrix().clone(), of.normal.clone())
-            }
-            None => {
+    /// Solves with the samples of a context. `None` if there is no solution.
+    pub(super) fn new(context: Context<'a>, shared: Shared<'_, '_>) -> Option<Self> {
+        let motion = match shared {
+            Shared::Nothing => {
                 let filter = &context.options.position_filter;
-                let motion = filtered_motion(context.robot, context.experiment, filter).ok()?;
+                filtered_motion(context.robot, context.experiment, filter).ok()?
+            }
+            Shared::Motion(other) | Shared::Matrix(other) => other.motion.clone(),
+        };
+        let sides = match shared {
+            Shared::Nothing | Shared::Motion(_) => {
                 let matrix = fitted_matrix(&context, &motion).ok()?;
                 let normal = NormalEquations::new(&matrix, ROUNDING);
-                (motion, matrix, normal)
+                (matrix, normal)
+            }
+            Shared::Matrix(Refit { solved: of, .. }) => {
+                (of.equation.matrix().clone(), of.normal.clone())
             }
         };
         let torque = filtered_torque(&context).ok()?;
+        Self::solve(context, motion, torque, sides)
+    }
+
+    /// Solves for filtered torques with a matrix and its normal equations.
+    fn solve(
+        context: Context<'a>,
+        motion: Motion,
+        torque: DVector<f64>,
+        (matrix, normal): (ObservationMatrix, NormalEquations),
+    ) -> Option<Self> {
         let equation = torque_equation(&context, matrix, torque.clone(), &motion).ok()?;
         let solved = Solved::new(equation, normal)?;
         let equation = &solved.equation;

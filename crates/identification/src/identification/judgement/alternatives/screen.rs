@@ -5,6 +5,7 @@ use std::borrow::Cow;
 use nalgebra::{DMatrix, DVector, DVectorView};
 
 use super::alternative::{Alternative, Lag, Signal};
+use super::gravity_columns::GravityColumns;
 use super::lean::{Lean, better_gravity};
 use super::normal_equations::{DEPENDENT, NormalEquations};
 use super::refit::Refit;
@@ -163,17 +164,17 @@ impl<'s, 'a> Screen<'s, 'a> {
             Some(_) => self.all_columns(),
             None => self.context.selection.columns().to_vec(),
         };
-        let matrix = |model: &Model| matrix_at(model, &columns, &self.motion).ok();
+        let arm = (self.context.robot, &self.context.model);
+        let columns = GravityColumns::at(arm, &columns, &self.motion)?;
         let torque = self.configured.explained(&self.torque);
         let torque = DVector::from_column_slice(torque.as_slice());
         let mut gravity_m_s2 = other_m_s2.unwrap_or(configured);
         for _ in 0..LEAN_STEPS {
-            let model = self.context.model.clone().with_gravity(gravity_m_s2);
-            gravity_m_s2 = better_gravity(&model, &matrix, &torque, &self.weights)?;
+            gravity_m_s2 = better_gravity(&columns, gravity_m_s2, &torque, &self.weights)?;
         }
-        let model = self.context.model.clone().with_gravity(gravity_m_s2);
-        let mut rows = Rows::new(self.context, &model, &columns, &self.motion)?;
-        let squares = rows.relative_squares(&self.torque, &self.weights)?;
+        let mut equations = NormalEquations::new(&columns.matrix(gravity_m_s2), DEPENDENT);
+        let solution = equations.solve(torque.as_slice(), &self.weights)?;
+        let squares = finite(equations.relative_squares(&solution))?;
         Some((Lean::between(configured, gravity_m_s2)?, squares))
     }
 
@@ -306,7 +307,11 @@ impl Rows {
     fn relative_squares(&mut self, torque: &DMatrix<f64>, weights: &[f64]) -> Option<Vec<f64>> {
         let torque = self.explained(torque);
         let solution = self.equations.solve(torque.as_slice(), weights)?;
-        let squares = self.equations.relative_squares(&solution);
-        squares.iter().all(|value| value.is_finite()).then_some(squares)
+        finite(self.equations.relative_squares(&solution))
     }
+}
+
+/// Returns values that are all finite.
+fn finite(values: Vec<f64>) -> Option<Vec<f64>> {
+    values.iter().all(|value| value.is_finite()).then_some(values)
 }
