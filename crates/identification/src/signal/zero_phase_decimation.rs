@@ -31,6 +31,9 @@ const MAX_INITIAL_SHARE: f64 = 1e-18;
 /// settling. All but one of these parts produce new results.
 const BACKWARD_BLOCK: usize = 5;
 
+/// Smallest number of samples of a section.
+const SECTION: usize = 64;
+
 /// Filter that is evaluated, forward and backward, at one sample of each block.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct ZeroPhaseDecimator {
@@ -60,10 +63,15 @@ impl ZeroPhaseDecimator {
         Self { flank_gain: modes.flank_gain(), modes, samples, groups, memory_blocks: memory }
     }
 
-    /// Returns the largest number of samples of a section: a block, or the remainder at the end of
-    /// the record.
+    /// Returns the largest number of samples of a section: some blocks, or the remainder at the end
+    /// of the record.
     pub(super) fn capacity(&self, padding: usize) -> usize {
-        self.samples + 1 + padding + 1
+        self.section_blocks() * (self.samples + 1) + padding + 1
+    }
+
+    /// Returns the number of blocks of a section. Each section is moved in memory, signal by signal.
+    fn section_blocks(&self) -> usize {
+        SECTION.div_ceil(self.samples + 1)
     }
 
     /// Filters the signals of a record as [`SecondOrderSections::filter_zero_phase`] does. It
@@ -116,14 +124,19 @@ impl ZeroPhaseDecimator {
                 self.go_back(&passed, block, end, &mut nothing, &mut rows);
                 passed.forget_before(end, signals, count);
             }
-            record.advance(block * factor, factor + 1);
+            let offset = block % self.section_blocks() * factor;
+            if offset == 0 {
+                let section = self.section_blocks().min(blocks - block);
+                record.advance(block * factor, section * factor + 1);
+            }
             let mut finite = true;
             let row = rows.row_of(block);
             with_vector_instructions(
                 #[inline(always)]
                 || {
                     let stretches = record.section_slices().zip(states.chunks_exact_mut(count));
-                    for (signal, (values, states)) in stretches.enumerate() {
+                    for (signal, (section, states)) in stretches.enumerate() {
+                        let values = &section[offset..=offset + factor];
                         let sample = values[0];
                         let mut filtered = self.modes.centre_gain * sample;
                         let mut difference = self.flank_gain * (values[1] - before[signal]);
@@ -149,7 +162,7 @@ impl ZeroPhaseDecimator {
                 },
             );
             if !finite {
-                record.check_finite(factor)?;
+                record.check_finite(offset + factor)?;
             }
         }
 
