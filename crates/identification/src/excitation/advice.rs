@@ -7,7 +7,7 @@ use super::design::{CHECK_HZ, Design};
 use super::error::ExcitationError;
 use super::joint_excitation::JointExcitations;
 use super::limits::DesignLimits;
-use super::objective::{Objective, covariance};
+use super::objective::{Objective, covariance, variances};
 use super::prediction;
 use super::task::Task;
 use didim_dynamics::robot::Robot;
@@ -91,11 +91,10 @@ pub fn advise(
         }
         let objective = Objective::Deviations(wanted.clone());
         let with_added = |of: &Candidate, times: f64| &information + times * &of.information;
-        let value =
-            |of: &Candidate| objective.evaluate(&with_added(of, longest)).map(|(value, _)| value);
+        let value = |of: &Candidate| objective.value(&with_added(of, longest));
         let best = tried.iter().enumerate().filter_map(|(at, of)| Some((at, value(of)?)));
         let Some((at, value)) = best.min_by(|a, b| a.1.total_cmp(&b.1)) else { break };
-        let gain = objective.evaluate(&information).map_or(f64::INFINITY, |(now, _)| now - value);
+        let gain = objective.value(&information).map_or(f64::INFINITY, |now| now - value);
         if gain < DesignLimits::DEFAULT.min_gain.ln() {
             break;
         }
@@ -113,12 +112,11 @@ pub fn advise(
         let excitations = best
             .excitations
             .repeat(*shortest.unwrap_or(&LENGTH_MULTIPLES[LENGTH_MULTIPLES.len() - 1]));
-        let series = excitations.series();
-        let (share, used, nearest) = task.bounds.shares_along(&task.model, &series, CHECK_HZ);
+        let (share, used, nearest) = task.bounds.shares_along(&task.model, &excitations, CHECK_HZ);
         if share > 1.0 {
             continue;
         }
-        let duration_s = series.duration_s;
+        let (series, duration_s) = (excitations.series(), excitations.duration_s);
         let piece = Task { duration_s, prior_information: information, ..task.clone() };
         information = prediction::information(&piece, &series);
         now = standard_deviations(&information)
@@ -137,6 +135,5 @@ pub fn advise(
 
 /// Returns the standard deviations for an information matrix.
 fn standard_deviations(information: &DMatrix<f64>) -> Option<Vec<f64>> {
-    let covariance = covariance(information)?;
-    Some(covariance.diagonal().iter().map(|square| square.sqrt()).collect())
+    Some(variances(information)?.iter().map(|variance| variance.sqrt()).collect())
 }

@@ -4,8 +4,10 @@ use super::error::ExcitationError;
 use super::limit_kind::LimitKind;
 use super::series::{Course, State};
 use super::shapes::{Nearest, Shapes, gap_share};
+use crate::signal::Group;
 use didim_dynamics::MAX_JOINTS;
 use didim_dynamics::dynamics::{Model, Workspace};
+use didim_dynamics::numeric::{Lanes, Scalar, WIDTH};
 use didim_dynamics::robot::{JointIndex, JointKind, Limits, Robot};
 
 /// Margins of a motion to a robot's limits.
@@ -40,8 +42,18 @@ pub(super) struct Bound {
 impl Bound {
     /// Returns the used share of the limit, from −1 to 1 if the limit is kept.
     pub(super) fn share_of_limit(&self, values: &[f64]) -> f64 {
-        let value: f64 = self.direction.iter().zip(values).map(|(d, v)| d * v).sum();
+        self.share_of_sum(self.direction.iter().zip(values).map(|(d, v)| d * v).sum())
+    }
+
+    /// Returns the same of the weighted sum of the joints' values.
+    fn share_of_sum(&self, value: f64) -> f64 {
         (value - self.middle) / self.half_range
+    }
+
+    /// Returns the joints of the weighted sum, each with its factor.
+    fn terms(&self) -> Vec<(usize, f64)> {
+        let factors = self.direction.iter().copied().enumerate();
+        factors.filter(|(_, factor)| *factor != 0.0).collect()
     }
 }
 
@@ -200,12 +212,17 @@ impl Bounds {
             reason = "a motion has far fewer samples than 2^52"
         )]
         let samples = (motion.duration_s() * rate_hz).ceil().max(1.0) as usize;
-        for i in 0..=samples {
-            let state = motion.state(motion.duration_s() * i as f64 / samples as f64);
-            let torque = torques.values_of(&state);
-            for (used, bound) in used.iter_mut().zip(&self.limits) {
-                let share = bound.share_of_limit(bound.kind.values_of(&state, torque)).abs();
-                used.used_share = used.used_share.max(share);
+        let terms: Vec<_> = self.limits.iter().map(Bound::terms).collect();
+        let state = |i: usize| motion.state(motion.duration_s() * i as f64 / samples as f64);
+        for first in (0..=samples).step_by(WIDTH) {
+            let states: [State; WIDTH] = core::array::from_fn(|l| state((first + l).min(samples)));
+            let torques = torques.values_of(&states);
+            for ((used, bound), terms) in used.iter_mut().zip(&self.limits).zip(&terms) {
+                for (state, torque) in states.iter().zip(&torques) {
+                    let values = bound.kind.values_of(state, torque);
+                    let value = terms.iter().map(|(joint, of)| of * values[*joint]).sum();
+                    used.used_share = used.used_share.max(bound.share_of_sum(value).abs());
+                }
             }
         }
         used
@@ -220,6 +237,12 @@ impl Bounds {
     pub(super) fn range(&self, joint: usize) -> [f64; 2] {
         let bound = self.joint_bound(LimitKind::Position, joint);
         bound.map_or([0.0; 2], |of| [of.middle - of.half_range, of.middle + of.half_range])
+    }
+
+    /// Returns the standard parameters, each in every lane; `None` unless torques are limited.
+    pub(super) fn parameters_in_lanes(&self) -> Option<Vec<Group>> {
+        let parameters = self.parameters.as_ref()?;
+        Some(parameters.iter().map(|value| Lanes::constant(*value)).collect())
     }
 
     /// Returns true if torques are limited.
@@ -293,31 +316,36 @@ impl UsedLimit {
 /// Torques along a motion; `None` if torques are not limited.
 struct Torques<'a> {
     model: &'a Model,
-    parameters: Option<&'a [f64]>,
-    workspace: Workspace<f64>,
-    torque: [f64; MAX_JOINTS],
+    parameters: Option<Vec<Group>>,
+    workspace: Workspace<Group>,
 }
 
 impl<'a> Torques<'a> {
     fn new(model: &'a Model, bounds: &'a Bounds) -> Self {
-        let parameters = bounds.parameters.as_deref();
-        Self { model, parameters, workspace: Workspace::new(), torque: [0.0; MAX_JOINTS] }
+        Self { model, parameters: bounds.parameters_in_lanes(), workspace: Workspace::new() }
     }
 
-    fn values_of(&mut self, state: &State) -> &[f64] {
-        let n = self.model.joints();
-        if let Some(parameters) = self.parameters {
-            let [q, dq, ddq] = [&state.position, &state.velocity, &state.acceleration];
+    /// Returns the torques of each state; 0 beyond the number of joints.
+    fn values_of(&mut self, states: &[State; WIDTH]) -> [[f64; MAX_JOINTS]; WIDTH] {
+        let (n, mut torque) = (self.model.joints(), [Lanes::zero(); MAX_JOINTS]);
+        if let Some(parameters) = &self.parameters {
+            let group = |of: fn(&State) -> &[f64; MAX_JOINTS]| -> [Group; MAX_JOINTS] {
+                core::array::from_fn(|joint| Lanes::from_fn(|l| of(&states[l])[joint]))
+            };
+            let (q, dq) = (group(|of| &of.position), group(|of| &of.velocity));
+            let ddq = group(|of| &of.acceleration);
+            let torque = &mut torque[..n];
+            let workspace = &mut self.workspace;
             self.model.inverse_dynamics(
-                &mut self.workspace,
+                workspace,
                 parameters,
                 &q[..n],
                 &dq[..n],
                 &ddq[..n],
-                &mut self.torque[..n],
+                torque,
             );
         }
-        &self.torque[..n]
+        core::array::from_fn(|l| torque.map(|of| of.0[l]))
     }
 }
 

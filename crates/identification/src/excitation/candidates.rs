@@ -58,18 +58,27 @@ pub(super) fn list_candidates(
         prior_information: before,
         ..task.clone()
     };
-    let mut candidates = Vec::new();
-    for posture in start_postures(&task.bounds, &grid) {
-        for pattern in &patterns {
-            let Some(excitations) = excitations_within_limits(task, &grid, &posture, pattern)
-            else {
-                continue;
-            };
-            let information = predicted_at(&weighed, &excitations.series(), INFORMATION_HZ);
-            candidates.push(Candidate { excitations, information });
-        }
-    }
+    let about = |posture: &Vec<f64>| -> Vec<Candidate> {
+        let within = |pattern: &Vec<(usize, usize)>| {
+            let excitations = excitations_within_limits(task, &grid, posture, pattern)?;
+            let information = predicted_at(&weighed, &excitations, INFORMATION_HZ);
+            Some(Candidate { excitations, information })
+        };
+        patterns.iter().filter_map(within).collect()
+    };
+    let candidates: Vec<Candidate> = in_parallel(&start_postures(&task.bounds, &grid), about);
     if candidates.is_empty() { Err(ExcitationError::NoExcitation) } else { Ok(candidates) }
+}
+
+/// Returns what `work` makes of each item, in the order of the items. Each has a thread of its own.
+fn in_parallel<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> Vec<R> + Sync) -> Vec<R> {
+    std::thread::scope(|scope| {
+        let started: Vec<_> = items.iter().map(|item| scope.spawn(|| work(item))).collect();
+        let ended = started.into_iter().map(std::thread::ScopedJoinHandle::join);
+        ended
+            .flat_map(|ended| ended.unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
+            .collect()
+    })
 }
 
 /// Returns the resolution of reported positions: whole degrees or millimetres. Candidates have such
@@ -142,8 +151,7 @@ fn excitations_within_limits(
             posture: begin,
             excitations: excitation_list,
         };
-        let (share, ..) =
-            bounds.shares_along(&task.model, &excitation_list.series(), LIMIT_CHECK_HZ);
+        let (share, ..) = bounds.shares_along(&task.model, &excitation_list, LIMIT_CHECK_HZ);
         if share <= DesignLimits::DEFAULT.max_limit_share {
             return Some(excitation_list);
         }

@@ -3,7 +3,8 @@
 use core::f64::consts::TAU;
 use didim_dynamics::robot::JointIndex;
 
-use super::series::{FourierSeries, JointSeries};
+use super::series::{Course, FourierSeries, JointSeries, State};
+use didim_dynamics::trajectory::Reference;
 
 /// Highest speed relative to half the travel times ω: the maximum of sin φ − ½ sin 2φ.
 pub(super) const PEAK_SPEED: f64 = 1.299_038_105_676_658;
@@ -58,6 +59,27 @@ impl JointExcitations {
         FourierSeries { duration_s: self.duration_s, joints }
     }
 
+    /// Returns the state at a given time, that of the [series](Self::series).
+    fn state_at(&self, time_s: f64) -> State {
+        let mut state = State::default();
+        state.position[..self.posture.len()].copy_from_slice(&self.posture);
+        if time_s <= 0.0 || time_s >= self.duration_s {
+            return state;
+        }
+        for JointExcitation { joint, reversal_position: to, repetitions } in &self.excitations {
+            let (half, omega) =
+                (0.5 * (to - self.posture[*joint]), TAU * *repetitions as f64 / self.duration_s);
+            let (sin, cos) = (omega * time_s).sin_cos();
+            let (sin_2, cos_2) = (2.0 * sin * cos, 1.0 - 2.0 * sin * sin);
+            let joint = joint.position();
+            state.position[joint] += half * (1.0 - cos - 0.25 * (1.0 - cos_2));
+            state.velocity[joint] = half * omega * (sin - 0.5 * sin_2);
+            state.acceleration[joint] = half * omega * omega * (cos - cos_2);
+            state.jerk[joint] = half * omega.powi(3) * (2.0 * sin_2 - sin);
+        }
+        state
+    }
+
     /// Returns the highest speed \[rad/s or m/s\] and acceleration \[rad/s² or m/s²\] of one of its
     /// excitations.
     pub fn peaks(&self, excitation: &JointExcitation) -> [f64; 2] {
@@ -78,6 +100,32 @@ impl JointExcitations {
     }
 }
 
+impl Course for JointExcitations {
+    fn duration_s(&self) -> f64 {
+        self.duration_s
+    }
+
+    fn state(&self, time_s: f64) -> State {
+        self.state_at(time_s)
+    }
+}
+
+impl Reference for JointExcitations {
+    fn joints(&self) -> usize {
+        self.posture.len()
+    }
+
+    fn evaluate(
+        &self,
+        time_s: f64,
+        position: &mut [f64],
+        velocity: &mut [f64],
+        acceleration: &mut [f64],
+    ) {
+        self.state_at(time_s).copy_to(self.joints(), position, velocity, acceleration);
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -93,6 +141,13 @@ mod tests {
         };
         let series = excitations.series();
         let states: Vec<_> = (0..=6000).map(|k| series.state(f64::from(k) / 1000.0)).collect();
+        for (k, of_series) in states.iter().enumerate() {
+            let own = excitations.state(k as f64 / 1000.0);
+            let [own, of_series] = [&own, of_series]
+                .map(|s| [s.position[1], s.velocity[1], s.acceleration[1], s.jerk[1]]);
+            let is_close = own.iter().zip(of_series).all(|(a, b)| (a - b).abs() < 1e-10);
+            assert!(is_close, "{k}: {own:?} {of_series:?}");
+        }
         let largest = |of: &dyn Fn(usize) -> f64| (0..=6000).map(of).fold(f64::MIN, f64::max);
         assert!(states.iter().all(|s| (s.position[0] - 0.2).hypot(s.velocity[0]) < 1e-15));
         assert!((largest(&|k| states[k].position[1]) - 0.7).abs() < 1e-12);

@@ -1,7 +1,8 @@
 //! Criteria for comparing information matrices.
 
 use super::limits::DesignLimits;
-use nalgebra::DMatrix;
+use crate::regression::CholeskyFactor;
+use nalgebra::{DMatrix, DVector};
 
 /// Quantity to be minimised.
 pub(super) enum Objective {
@@ -17,6 +18,20 @@ pub(super) enum Objective {
 const EIGENVALUE_POWER: i32 = 4;
 
 impl Objective {
+    /// Returns the value f; `None` if M is not positive definite.
+    pub(super) fn value(&self, information: &DMatrix<f64>) -> Option<f64> {
+        let value = match self {
+            Self::Deviations(wanted) => {
+                let variances = variances(information)?;
+                let share = 1.0 / wanted.len() as f64;
+                let squares = wanted.iter().map(|&(k, need)| variances[k] + need * need);
+                squares.map(|square| 0.5 * share * square.ln()).sum()
+            }
+            Self::ConditionNumber => self.evaluate(information)?.0,
+        };
+        value.is_finite().then_some(value)
+    }
+
     /// Returns the value f, and its gradient G with df = tr(G dM); `None` if M is not positive
     /// definite.
     pub(super) fn evaluate(&self, information: &DMatrix<f64>) -> Option<(f64, DMatrix<f64>)> {
@@ -56,20 +71,43 @@ impl Objective {
     }
 }
 
-/// Returns M⁻¹. The diagonal of M is scaled to 1 first, because parameters have units.
+/// Returns M⁻¹; `None` if a parameter depends on others.
 pub(super) fn covariance(information: &DMatrix<f64>) -> Option<DMatrix<f64>> {
-    let scale = information.diagonal().map(|of| 1.0 / of.sqrt());
-    let scaled = |matrix: &DMatrix<f64>| {
-        DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| {
-            scale[i] * matrix[(i, j)] * scale[j]
-        })
-    };
-    let inverse = scaled(&scaled(information).cholesky()?.inverse());
-    // Rounding errors may make the Cholesky decomposition of dependent columns succeed.
-    let is_undetermined = |k: usize| {
-        inverse[(k, k)] * information[(k, k)] < DesignLimits::DEFAULT.max_variance_inflation
-    };
-    (0..inverse.nrows()).all(is_undetermined).then_some(inverse)
+    let scaled = Scaled::new(information);
+    let inverse = CholeskyFactor::new(scaled.matrix)?.inverse();
+    let is_determined = is_determined(inverse.diagonal().as_slice());
+    let scale = &scaled.scale;
+    let entry = |i: usize, j: usize| scale[i] * inverse[(i, j)] * scale[j];
+    is_determined.then(|| DMatrix::from_fn(inverse.nrows(), inverse.ncols(), entry))
+}
+
+/// Returns the diagonal of M⁻¹; `None` if a parameter depends on others.
+pub(super) fn variances(information: &DMatrix<f64>) -> Option<DVector<f64>> {
+    let scaled = Scaled::new(information);
+    let inflation = CholeskyFactor::new(scaled.matrix)?.inverse_diagonal();
+    let is_determined = is_determined(inflation.as_slice());
+    is_determined.then(|| inflation.zip_map(&scaled.scale, |own, scale| scale * own * scale))
+}
+
+/// M with a diagonal of 1, because parameters have units.
+struct Scaled {
+    matrix: DMatrix<f64>,
+    scale: DVector<f64>,
+}
+
+impl Scaled {
+    fn new(information: &DMatrix<f64>) -> Self {
+        let scale = information.diagonal().map(|of| 1.0 / of.sqrt());
+        let entry = |i: usize, j: usize| scale[i] * information[(i, j)] * scale[j];
+        let matrix = DMatrix::from_fn(information.nrows(), information.ncols(), entry);
+        Self { matrix, scale }
+    }
+}
+
+/// Returns true if no variance is inflated by dependence on other parameters. Rounding errors may
+/// make the Cholesky decomposition of dependent columns succeed.
+fn is_determined(inflation: &[f64]) -> bool {
+    inflation.iter().all(|own| *own < DesignLimits::DEFAULT.max_variance_inflation)
 }
 
 #[cfg(test)]
@@ -84,7 +122,8 @@ mod tests {
         for objective in
             [Objective::Deviations(vec![(0, 0.0), (2, 0.3)]), Objective::ConditionNumber]
         {
-            let (_, slope) = objective.evaluate(&matrix).unwrap();
+            let (value, slope) = objective.evaluate(&matrix).unwrap();
+            assert!((objective.value(&matrix).unwrap() - value).abs() < 1e-12);
             let h = 1e-6;
             let [up, down] =
                 [h, -h].map(|h| objective.evaluate(&(&matrix + h * &change)).unwrap().0);

@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 
 use super::basis::Motion;
 use super::error::ExcitationError;
-use super::objective::covariance;
+use super::objective::variances;
 use super::series::FourierSeries;
 use super::task::{DesignObjective, Task};
 use didim_dynamics::trajectory::Reference;
@@ -28,11 +28,11 @@ pub fn information(task: &Task, series: &FourierSeries) -> DMatrix<f64> {
     predicted_at(task, series, PREDICTION_HZ)
 }
 
-/// Returns the same information, computed at `rate_hz` samples per second \[Hz\].
-pub(super) fn predicted_at(task: &Task, series: &FourierSeries, rate_hz: f64) -> DMatrix<f64> {
+/// Returns the same information of any motion, computed at `rate_hz` samples per second \[Hz\].
+pub(super) fn predicted_at(task: &Task, motion: &impl Reference, rate_hz: f64) -> DMatrix<f64> {
     let task = Task { objective: DesignObjective::Deviations(Vec::new()), ..task.clone() };
     let (mut prediction, _) = task.information(task.model.clone(), rate_hz);
-    prediction.weighted_regressor(&sample_motion(series, task.duration_s, rate_hz))
+    prediction.weighted_regressor(&sample_motion(motion, task.duration_s, rate_hz))
 }
 
 /// Returns the value of a motion by the task's objective.
@@ -41,14 +41,12 @@ pub(super) fn predicted_at(task: &Task, series: &FourierSeries, rate_hz: f64) ->
 /// [`ExcitationError::NotIdentifiable`].
 pub(super) fn value(task: &Task, series: &FourierSeries) -> Result<f64, ExcitationError> {
     let (mut information, objective) = task.information(task.model.clone(), PREDICTION_HZ);
-    let figure = objective.evaluate(&information.weighted_regressor(&sample_motion(
+    let figure = objective.value(&information.weighted_regressor(&sample_motion(
         series,
         series.duration_s,
         PREDICTION_HZ,
     )));
-    figure
-        .map(|(value, _)| value)
-        .ok_or(ExcitationError::NotIdentifiable { duration_s: series.duration_s })
+    figure.ok_or(ExcitationError::NotIdentifiable { duration_s: series.duration_s })
 }
 
 /// Predicts the result of any motion of the task's duration, together with the prior information.
@@ -59,13 +57,13 @@ pub fn predict_result(task: &Task, motion: &impl Reference) -> Result<Predicted,
     let motion = sample_motion(motion, task.duration_s, PREDICTION_HZ);
     let deviations = Task { objective: DesignObjective::Deviations(Vec::new()), ..task.clone() };
     let (mut information, _) = deviations.information(task.model.clone(), PREDICTION_HZ);
-    let covariance = covariance(&information.weighted_regressor(&motion))
+    let variances = variances(&information.weighted_regressor(&motion))
         .ok_or(ExcitationError::NotIdentifiable { duration_s: task.duration_s })?;
     let conditioned = Task { objective: DesignObjective::ConditionNumber, ..task.clone() };
     let (mut information, _) = conditioned.information(task.model.clone(), PREDICTION_HZ);
     let eigenvalues = information.weighted_regressor(&motion).symmetric_eigenvalues();
     Ok(Predicted {
-        deviations: covariance.diagonal().iter().map(|square| square.sqrt()).collect(),
+        deviations: variances.iter().map(|variance| variance.sqrt()).collect(),
         condition_number: (eigenvalues.max() / eigenvalues.min().max(0.0)).sqrt(),
     })
 }

@@ -81,10 +81,10 @@ impl FourierSeries {
             state.position[j] = joint.mean;
         }
         let harmonics = self.joints.iter().map(|joint| joint.sine.len()).max().unwrap_or(0);
+        let first = phase.sin_cos();
+        let (mut sin, mut cos) = first;
         for k in 0..harmonics {
-            let number = 1.0 + k as f64;
-            let (sin, cos) = (number * phase).sin_cos();
-            let w = number * omega;
+            let w = (1.0 + k as f64) * omega;
             for (j, joint) in self.joints.iter().enumerate() {
                 let (a, b) = (joint.sine[k], joint.cosine[k]);
                 let (own, quadrature) = (a * sin + b * cos, a * cos - b * sin);
@@ -93,6 +93,8 @@ impl FourierSeries {
                 state.acceleration[j] -= w * w * own;
                 state.jerk[j] -= w * w * w * quadrature;
             }
+            // The angle of the next harmonic, by addition of the first.
+            (sin, cos) = (sin * first.1 + cos * first.0, cos * first.1 - sin * first.0);
         }
         if !inside {
             state.velocity = [0.0; MAX_JOINTS];

@@ -1,7 +1,7 @@
 //! Cholesky decomposition of small matrices with vector instructions (Golub & Van Loan, *Matrix
 //! Computations*, section 4.2).
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 use super::products::{dot, subtract_scaled, symmetric_product};
 use didim_dynamics::numeric::with_vector_instructions;
@@ -55,6 +55,19 @@ impl CholeskyFactor {
 
     /// Returns A⁻¹.
     pub(crate) fn inverse(&self) -> DMatrix<f64> {
+        let of_triangle = self.inverse_of_triangle();
+        symmetric_product(&of_triangle, &of_triangle)
+    }
+
+    /// Returns the diagonal of A⁻¹.
+    pub(crate) fn inverse_diagonal(&self) -> DVector<f64> {
+        let of_triangle = self.inverse_of_triangle();
+        let squares = of_triangle.column_iter().map(|column| column.norm_squared());
+        DVector::from_iterator(of_triangle.ncols(), squares)
+    }
+
+    /// Returns L⁻¹.
+    fn inverse_of_triangle(&self) -> DMatrix<f64> {
         let size = self.0.nrows();
         let mut of_triangle = DMatrix::identity(size, size);
         let columns = of_triangle.as_mut_slice().chunks_exact_mut(size.max(1)).enumerate();
@@ -62,7 +75,7 @@ impl CholeskyFactor {
             #[inline(always)]
             || columns.for_each(|(j, column)| self.solve_lower(column, j)),
         );
-        symmetric_product(&of_triangle, &of_triangle)
+        of_triangle
     }
 
     /// Returns the columns of L, each with its place.
