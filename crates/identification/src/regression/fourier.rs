@@ -7,8 +7,8 @@ pub(super) const PARALLEL_SIGNALS: usize = WIDTH;
 
 /// Number of values in a class that is transformed at a time, and largest number of parts. Each
 /// class goes over all values of a signal.
-const AT_ONCE: usize = 4096;
-const MAX_PARTS: usize = 128;
+const AT_ONCE: usize = 8192;
+const MAX_PARTS: usize = 64;
 
 /// `PARALLEL_SIGNALS` complex numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -107,8 +107,9 @@ impl Fourier {
     /// Returns the transforms at the frequencies of a class. For a frequency beyond Nyquist's, the
     /// transform of its mirror image is the conjugate.
     ///
-    /// With `N = P M` and k = P m + r, `X_k = Σ_i (Σ_p x_(i+Mp) e^{−j2πr(i+Mp)/N}) e^{−j2πmi/M}`: a
-    /// transform of M values (decimation in frequency; Van Loan, section 1.9).
+    /// With `N = P M` and k = P m + r, `X_k = Σ_i e^{−j2πri/N} (Σ_p x_(i+Mp) e^{−j2πrp/P})
+    /// e^{−j2πmi/M}`: a transform of M values (decimation in frequency; Van Loan, section 1.9). The
+    /// inner sum has one angle for each part of the signal.
     pub(super) fn of_class(&self, class: usize, signals: &[&[f64]]) -> Vec<Complex> {
         let values = self.length / self.part_count();
         if class == 0 {
@@ -120,16 +121,29 @@ impl Fourier {
             #[inline(always)]
             || {
                 for first in (0..longest).step_by(values) {
+                    let [cos, sin] = self.twiddle_factor(class * first).map(Lanes::constant);
                     let parts: [&[f64]; PARALLEL_SIGNALS] = core::array::from_fn(|l| {
-                        signals.get(l).and_then(|signal| signal.get(first..)).unwrap_or_default()
+                        // A lane without a signal repeats the first one.
+                        let signal = signals.get(l).or(signals.first());
+                        let part = signal.and_then(|signal| signal.get(first..));
+                        part.map_or(&[][..], |part| &part[..part.len().min(values)])
                     });
-                    for (i, folded) in folded.iter_mut().enumerate().take(longest - first) {
-                        let [cos, sin] = self.twiddle_factor(class * (first + i));
-                        let value = |l: usize| parts[l].get(i).copied().unwrap_or(0.0);
-                        let value = Lanes::from_fn(value);
-                        folded.re += value * Lanes::constant(cos);
-                        folded.im += value * Lanes::constant(sin);
+                    let all = parts.iter().map(|part| part.len()).min().unwrap_or_default();
+                    let whole = parts.map(|part| &part[..all]);
+                    for (i, folded) in folded[..all].iter_mut().enumerate() {
+                        let value = Lanes::from_fn(|l| whole[l][i]);
+                        folded.re += value * cos;
+                        folded.im += value * sin;
                     }
+                    // Signals of different lengths.
+                    for (i, folded) in folded.iter_mut().enumerate().skip(all) {
+                        let value = Lanes::from_fn(|l| parts[l].get(i).copied().unwrap_or(0.0));
+                        folded.re += value * cos;
+                        folded.im += value * sin;
+                    }
+                }
+                for (i, folded) in folded.iter_mut().enumerate() {
+                    *folded = folded.rotated(self.twiddle_factor(class * i));
                 }
                 let mut spare = vec![Complex::ZERO; values];
                 self.transform_complex(&mut folded, &mut spare);
