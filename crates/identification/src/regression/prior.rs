@@ -267,8 +267,10 @@ impl ResidualAnalysis<'_> {
         let spectrum = self.spectrum_of(&self.leverage, &remaining);
         drop(remaining);
         let mut raised = spectrum.clone();
-        raised.raise_to(floors);
-        let mut covariances = self.covariances_by(&[&spectrum, &raised.to_white(), &raised]);
+        let is_raised = raised.raise_to(floors);
+        let white = raised.to_white();
+        let spectra = [&spectrum, &white, &raised];
+        let mut covariances = self.covariances_by(&spectra[..if is_raised { 3 } else { 2 }]);
         let colour = median_ratio(&covariances[0], &covariances[1]);
         // Solves again with the noise that remains after subtracting the nuisance parameters.
         let PriorSolution { parameter_change: change, nuisance_parameters: nuisance, covariance } =
@@ -277,7 +279,7 @@ impl ResidualAnalysis<'_> {
             parameter_change: change,
             nuisance_parameters: nuisance,
             covariance,
-            noise: covariances.swap_remove(2),
+            noise: covariances.swap_remove(if is_raised { 2 } else { 0 }),
             colour_factor: colour,
         })
     }

@@ -178,16 +178,19 @@ impl<'a> ResidualSpectrum<'a> {
     }
 
     /// Raises the power of each joint whose errors have a smaller standard deviation than the given
-    /// one.
-    pub(super) fn raise_to(&mut self, deviations: &[f64]) {
+    /// one. Returns true if there is one.
+    pub(super) fn raise_to(&mut self, deviations: &[f64]) -> bool {
+        let mut is_raised = false;
         let length = self.filter.fourier.length() as f64;
         for (joint, deviation) in self.joints.iter_mut().zip(deviations) {
             let raised = deviation * deviation * length / joint.total(self.filter);
             if raised > 1.0 {
+                is_raised = true;
                 joint.factor *= raised;
                 joint.flat_power = joint.flat_power.map(|power| power * raised);
             }
         }
+        is_raised
     }
 
     /// Returns a spectrum with the same power of each joint, equal at all informative frequencies.
