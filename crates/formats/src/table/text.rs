@@ -46,7 +46,9 @@ impl TextTable {
         }
         input.begin_record();
         let layout = TextLayout::find(&begin, wanted);
-        let reader = reader_builder(layout.separator).from_reader(Cursor::new(begin).chain(input));
+        // Fields are trimmed as they are read, which copies no record.
+        let mut builder = reader_builder(layout.separator);
+        let reader = builder.trim(csv::Trim::None).from_reader(Cursor::new(begin).chain(input));
         Ok(Self { path, reader, layout })
     }
 
@@ -69,7 +71,7 @@ impl TextTable {
             if !read.map_err(|error| error.of_record(line))? {
                 return Ok(false);
             }
-            if !record.get(0).is_some_and(is_comment) {
+            if !record.get(0).is_some_and(|field| is_comment(field.trim())) {
                 return Ok(true);
             }
         }
@@ -78,7 +80,7 @@ impl TextTable {
     /// Checks the number of fields. Empty fields at the end do not count.
     fn check_length(&self, record: &csv::StringRecord, fields: usize) -> Result<(), TableError> {
         let expected = self.layout.field_count;
-        let surplus_empty = record.iter().skip(expected).all(str::is_empty);
+        let surplus_empty = record.iter().skip(expected).all(|field| field.trim().is_empty());
         let header = self.layout.head.first().map_or(&[][..], Vec::as_slice);
         let missing_empty = header.iter().skip(fields).all(String::is_empty);
         if fields == expected || (fields > expected && surplus_empty) {
@@ -159,8 +161,8 @@ impl Source for TextTable {
         while self.next_row(&mut record)? {
             let fields: Vec<&str> = match self.layout.separator {
                 // Several blanks are one separator.
-                b' ' => record.iter().filter(|field| !field.is_empty()).collect(),
-                _ => record.iter().collect(),
+                b' ' => record.iter().map(str::trim).filter(|field| !field.is_empty()).collect(),
+                _ => record.iter().map(str::trim).collect(),
             };
             if self.layout.head.iter().any(|head| *head == fields) {
                 // Another recording was appended with its header.
