@@ -125,11 +125,11 @@ pub fn advise(
         motions.push(Advised { excitations, design, deviations: now.clone() });
     }
     let theta = DVector::from_column_slice(values);
-    let torque = |information: &DMatrix<f64>| {
+    let power = theta.dot(&(&sum * &theta));
+    let torque = [&task.prior_information, &information].map(|information| {
         let errors = covariance(information).map_or(f64::NAN, |of| of.dot(&sum));
-        (errors / theta.dot(&(&sum * &theta))).sqrt()
-    };
-    let torque = [torque(&task.prior_information), torque(&information)];
+        (errors / power).sqrt()
+    });
     Ok(Advice { deviations, missing_parameters, small_parameters, motions, torque })
 }
 

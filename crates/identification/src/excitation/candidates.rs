@@ -58,15 +58,14 @@ pub(super) fn list_candidates(
         prior_information: before,
         ..task.clone()
     };
-    let about = |posture: &Vec<f64>| -> Vec<Candidate> {
-        let within = |pattern: &Vec<(usize, usize)>| {
+    let candidates = in_parallel(&start_postures(&task.bounds, &grid), |posture| {
+        let within = patterns.iter().filter_map(|pattern| {
             let excitations = excitations_within_limits(task, &grid, posture, pattern)?;
             let information = predicted_at(&weighed, &excitations, INFORMATION_HZ);
             Some(Candidate { excitations, information })
-        };
-        patterns.iter().filter_map(within).collect()
-    };
-    let candidates: Vec<Candidate> = in_parallel(&start_postures(&task.bounds, &grid), about);
+        });
+        within.collect()
+    });
     if candidates.is_empty() { Err(ExcitationError::NoExcitation) } else { Ok(candidates) }
 }
 

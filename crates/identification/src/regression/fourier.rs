@@ -129,9 +129,9 @@ impl Fourier {
                         part.map_or(&[][..], |part| &part[..part.len().min(values)])
                     });
                     let all = parts.iter().map(|part| part.len()).min().unwrap_or_default();
-                    let whole = parts.map(|part| &part[..all]);
+                    let complete = parts.map(|part| &part[..all]);
                     for (i, folded) in folded[..all].iter_mut().enumerate() {
-                        let value = Lanes::from_fn(|l| whole[l][i]);
+                        let value = Lanes::from_fn(|l| complete[l][i]);
                         folded.re += value * cos;
                         folded.im += value * sin;
                     }

@@ -69,9 +69,20 @@ impl ZeroPhaseDecimator {
         self.section_blocks() * (self.samples + 1) + padding + 1
     }
 
-    /// Returns the number of blocks of a section. Each section is moved in memory, signal by signal.
+    /// Returns the number of blocks of a section. Each section is moved in memory, one signal after
+    /// the other.
     fn section_blocks(&self) -> usize {
         SECTION.div_ceil(self.samples + 1)
+    }
+
+    /// Advances a record to the section with a block, out of so many blocks. Returns the place of
+    /// the block in the section.
+    fn advance(&self, record: &mut Record<'_>, block: usize, blocks: usize) -> usize {
+        let (factor, of_section) = (self.samples + 1, self.section_blocks());
+        if block.is_multiple_of(of_section) {
+            record.advance(block * factor, of_section.min(blocks - block) * factor + 1);
+        }
+        block % of_section * factor
     }
 
     /// Filters the signals of a record as [`SecondOrderSections::filter_zero_phase`] does. It
@@ -112,11 +123,7 @@ impl ZeroPhaseDecimator {
             requested_rows: wanted,
         };
         let at_once = self.memory_blocks.saturating_mul(BACKWARD_BLOCK).min(blocks);
-        let mut passed = ForwardPass {
-            first_block: 0,
-            first_samples: Vec::with_capacity(at_once * signals),
-            backward_contributions: Vec::with_capacity(at_once * signals * count),
-        };
+        let mut passed = ForwardPass::with_capacity(at_once * signals, count);
         for block in 0..blocks {
             if block - passed.first_block == at_once {
                 let mut nothing = vec![ComplexLanes::ZERO; signals * count];
@@ -124,11 +131,7 @@ impl ZeroPhaseDecimator {
                 self.go_back(&passed, block, end, &mut nothing, &mut rows);
                 passed.forget_before(end, signals, count);
             }
-            let offset = block % self.section_blocks() * factor;
-            if offset == 0 {
-                let section = self.section_blocks().min(blocks - block);
-                record.advance(block * factor, section * factor + 1);
-            }
+            let offset = self.advance(&mut record, block, blocks);
             let mut finite = true;
             let row = rows.row_of(block);
             with_vector_instructions(
@@ -338,6 +341,15 @@ struct ForwardPass {
 }
 
 impl ForwardPass {
+    /// `samples` is the number of first samples, `count` that of the groups of modes.
+    fn with_capacity(samples: usize, count: usize) -> Self {
+        Self {
+            first_block: 0,
+            first_samples: Vec::with_capacity(samples),
+            backward_contributions: Vec::with_capacity(samples * count),
+        }
+    }
+
     fn forget_before(&mut self, block: usize, signals: usize, count: usize) {
         let done = (block - self.first_block) * signals;
         self.first_samples.drain(..done);

@@ -15,7 +15,7 @@ pub(super) struct GravityColumns {
     /// Matrix with the gravity of `origin_m_s2`.
     own: ObservationMatrix,
     origin_m_s2: [f64; 3],
-    /// What 1 m/s² along each axis of the base adds.
+    /// Addition by 1 m/s² along each axis of the base.
     along: [ObservationMatrix; 3],
 }
 

@@ -17,8 +17,8 @@ use didim_dynamics::robot::{MotorIndex, ParameterKind, Robot};
 /// Number of samples used. Wrong readings are present from the first sample on.
 const INSPECTED: usize = 1 << 14;
 
-/// Smallest sample rate, as a multiple of the cut-off of the position filter. Central differences of
-/// the positions that pass it are then right to 2 %, for each reading alike.
+/// Smallest sample rate, as a multiple of the cut-off of the position filter. Central differences
+/// of the positions that pass it are then right to 2 %, for each reading alike.
 const RATE_OF_POSITIONS: f64 = 20.0;
 
 /// The same, as a multiple of the rate of the rows. Nothing above 0.4 of it passes the decimation
@@ -96,7 +96,7 @@ pub(super) struct Refit<'a> {
     pub(super) solved: Solved,
 }
 
-/// What a solution has in common with another one.
+/// Parts that a solution has in common with another one.
 #[derive(Clone, Copy)]
 pub(super) enum Shared<'s, 'a> {
     /// Nothing.
