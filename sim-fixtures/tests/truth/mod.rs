@@ -6,6 +6,7 @@ mod cells;
 mod combined;
 mod cutoff;
 mod deviations;
+mod exact;
 mod hold;
 mod methods;
 mod model_errors;
