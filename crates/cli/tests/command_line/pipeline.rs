@@ -9,7 +9,7 @@ use rustix::process::{Pid, Signal, kill_process};
 use didim::service::status::Health;
 use didim_identification::identification::{Finding, FindingCode, Severity, Use};
 
-use super::support::{Folder, data, didim, head, packed_cell};
+use super::support::{Folder, Outcome, data, didim, head, packed_cell};
 use super::top::{first_snapshot, serve};
 use crate::program::Installation;
 
@@ -71,7 +71,7 @@ fn a_use_that_a_script_requires_has_its_own_exit_code() {
         let findings: Vec<Finding> = serde_json::from_value(findings).unwrap();
         let finding = findings.iter().find(|of| of.code == FindingCode::ConditionNumber).unwrap();
         assert_eq!((finding.severity, finding.limit), (Severity::Blocking, Some(1.0)));
-        assert_eq!(finding.uses, [Use::Monitoring]);
+        assert_eq!(finding.uses, [Use::Monitoring, Use::RigidBody]);
         assert_eq!(finding.figure, printed["condition_number"].as_f64());
         outcome.says(3, &["not usable for monitoring", "condition number"]);
     }
@@ -95,6 +95,14 @@ fn a_use_that_a_script_requires_has_its_own_exit_code() {
     predict(&bad, &["--require", "contact-detection"]).refused(2, &["possible values: monitoring"]);
 }
 
+/// Asks for the status of the service in a folder.
+fn status(folder: &Folder, required: &[&str]) -> Outcome {
+    let runtime = folder.path("");
+    let mut status = vec!["status", "--json", "--runtime", &runtime];
+    status.extend(required.iter().flat_map(|of| ["--require", of]));
+    didim(&status)
+}
+
 /// A service whose last result is usable for monitoring and not for prediction, and one that is
 /// not healthy: exit code 3 says so, and the status is printed all the same.
 #[test]
@@ -116,12 +124,6 @@ fn a_use_of_the_service_s_last_result_is_required() {
     serve(Path::new(&good.path("status.sock")), &snapshot);
     snapshot.health.add("no sample has come".to_owned());
     serve(Path::new(&ill.path("status.sock")), &snapshot);
-    let status = |folder: &Folder, required: &[&str]| {
-        let runtime = folder.path("");
-        let mut status = vec!["status", "--json", "--runtime", &runtime];
-        status.extend(required.iter().flat_map(|of| ["--require", of]));
-        didim(&status)
-    };
     for required in [&[][..], &["healthy"], &["monitoring"], &["monitoring", "healthy"]] {
         status(&good, required).done();
     }

@@ -149,7 +149,7 @@ impl VerdictLimits {
             physical_values: self
                 .physical_values(known, estimate, follows)
                 .decide(&blocking, &of_values),
-            rigid_body: self.rigid_body(known, follows).decide(&blocking, &of_values),
+            rigid_body: self.rigid_body(known, estimate, follows).decide(&blocking, &of_values),
         };
         (uses, explanations)
     }
@@ -244,10 +244,7 @@ impl VerdictLimits {
         estimate: &Estimate,
         mut failing: Vec<Reason>,
     ) -> Criteria {
-        let (error, limit) = (estimate.relative_error, self.relative_error);
-        if exceeds(error, limit) {
-            failing.push(Reason::RelativeError { error, limit });
-        }
+        failing.extend(self.large_residual(estimate));
         let errors = &estimate.rms_error_per_joint_nm;
         let errors = known.relative_errors(errors, |joint| known.torque[joint]);
         let limit = self.relative_error_per_joint;
@@ -284,6 +281,12 @@ impl VerdictLimits {
             None => failing.push(Reason::TooFewMotions),
         }
         Criteria { figure: Some(elsewhere.relative_error), unit: "1", limit: Some(limit), failing }
+    }
+
+    /// Returns a reason if the model does not describe the torques.
+    fn large_residual(&self, estimate: &Estimate) -> Option<Reason> {
+        let (error, limit) = (estimate.relative_error, self.relative_error);
+        exceeds(error, limit).then_some(Reason::RelativeError { error, limit })
     }
 
     /// Returns the joints whose described controller did not command the recorded torques.
@@ -354,7 +357,11 @@ impl VerdictLimits {
     }
 
     /// Judges the rigid body by the mass matrix, and by the existence of bodies that explain it.
-    fn rigid_body(&self, known: &Known<'_>, follows: bool) -> Criteria {
+    /// Some bodies explain whatever the data do not determine, or the model does not describe: the
+    /// criteria of monitoring and the relative error come first.
+    fn rigid_body(&self, known: &Known<'_>, estimate: &Estimate, follows: bool) -> Criteria {
+        let mut failing = self.monitoring(known, estimate).failing;
+        failing.extend(self.large_residual(estimate));
         let limit = self.negative_deviations;
         let figure = known.indefinite.as_ref().map_or(0.0, |found| found.deviations);
         let indefinite = known.indefinite.as_ref().filter(|_| exceeds(figure, limit));
@@ -365,12 +372,12 @@ impl VerdictLimits {
         let missing = known.context.model.missing_torques();
         let undecided =
             (!missing.is_empty()).then(|| Reason::MissingTorque { joints: missing.to_vec() });
-        let all = all.chain(undecided);
+        failing.extend(all.chain(undecided).filter(|_| !follows));
         Criteria {
             figure: missing.is_empty().then_some(figure),
             unit: stored_value::BELOW_ZERO,
             limit: Some(limit),
-            failing: all.filter(|_| !follows).collect(),
+            failing,
         }
     }
 
