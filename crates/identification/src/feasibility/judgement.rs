@@ -19,17 +19,21 @@ pub struct FeasibilityLimits {
     /// is also the largest shift of a base parameter to the nearest bodies in a
     /// [`Judgement::Feasible`] estimate. Convention: 3 standard deviations.
     pub deviations: f64,
-    /// Distance of all bodies together from the prior beyond which the data contradict the prior
-    /// \[nats\]. Convention.
-    pub divergence: f64,
-    /// Distance of a single body from the prior beyond which the data contradict the prior
-    /// \[nats\]. Convention.
-    pub divergence_per_link: f64,
+    /// Distance of all bodies together from the prior beyond which the data contradict the prior,
+    /// λ Σ D: a sum of squares in standard deviations of the prior \[1\]. Convention.
+    pub prior_distance: f64,
+    /// The same for a single body. Convention.
+    pub prior_distance_per_link: f64,
 }
 
 impl Default for FeasibilityLimits {
     fn default() -> Self {
-        Self { probability: 0.99, deviations: 3.0, divergence: 30.0, divergence_per_link: 8.0 }
+        Self {
+            probability: 0.99,
+            deviations: 3.0,
+            prior_distance: 60.0,
+            prior_distance_per_link: 16.0,
+        }
     }
 }
 
@@ -57,8 +61,8 @@ pub enum Judgement {
     /// No bodies explain the estimate: their smallest cost exceeds the 99 % limit of χ², which the
     /// cost of the true bodies does not.
     Infeasible,
-    /// The bodies that explain the estimate are far from the prior: a single one by more than 8
-    /// nats, or all together by more than 30.
+    /// The bodies that explain the estimate are far from the prior, by more than its standard
+    /// deviation allows.
     ContradictsPrior,
 }
 
@@ -80,19 +84,18 @@ impl fmt::Display for Judgement {
 
 impl Judgement {
     /// Creates the judgement from the smallest cost and shifts of bodies with a negligible prior,
-    /// and from the divergences of the outcome's bodies.
+    /// and from the distances of the outcome's bodies from the prior, λ D.
     pub(super) fn new(
-        least_cost: f64,
-        threshold: f64,
+        (least_cost, threshold): (f64, f64),
         least_shifts: &[Shift],
-        divergences: &[f64],
+        prior_distances: &[f64],
         limits: &FeasibilityLimits,
     ) -> Self {
-        let is_far = |own: &f64| *own > limits.divergence_per_link;
-        let together: f64 = divergences.iter().sum();
+        let is_far = |own: &f64| *own > limits.prior_distance_per_link;
+        let together: f64 = prior_distances.iter().sum();
         if least_cost > threshold {
             Self::Infeasible
-        } else if together > limits.divergence || divergences.iter().any(is_far) {
+        } else if together > limits.prior_distance || prior_distances.iter().any(is_far) {
             Self::ContradictsPrior
         } else if least_shifts.iter().any(|own| own.deviations.abs() > limits.deviations) {
             Self::Stretched

@@ -75,6 +75,8 @@ pub fn fit_consistent(
     let (of_links, of_drives) = divergences.split_at(robot.joints());
     let eigenvalue =
         |factor: &DMatrix<f64>| (factor * factor.transpose()).symmetric_eigenvalues().min();
+    // Near the prior, D is half the squared relative change, and λ = 2/s².
+    let prior_distances: Vec<f64> = of_links.iter().map(|own| weight * own).collect();
     let least_cost = problem.cost(&nearest);
     let least_shifts = row_shifts(&rows, &problem.parameters(&nearest));
     Ok(Outcome {
@@ -91,7 +93,7 @@ pub fn fit_consistent(
         divergence_of_drives: of_drives.iter().sum(),
         effective_parameters: posterior.effective_parameters,
         negative_parameters: negative_parameters(&rows, table.parameters(), limits),
-        judgement: Judgement::new(least_cost, threshold, &least_shifts, of_links, limits),
+        judgement: Judgement::new((least_cost, threshold), &least_shifts, &prior_distances, limits),
         shifts: row_shifts(&rows, &values),
         steps: minimum.steps + further,
     })
