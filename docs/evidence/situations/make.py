@@ -1158,10 +1158,11 @@ def near(estimate, truth, least):
            "mass within 3 σ of 0.9 kg and 0.05 kg, centre within 3 σ or 5 mm of (20, −10, 60) mm"
            " in the frame of link_6")
 def m_payload(attempt, base):
-    found = load_run(attempt, base, 0.9, (0.02, -0.01, 0.06))
+    found = load_run(attempt, base, 0.9, (0.02, -0.01, 0.06), "--frame", "link_6")
     if found is None:
         return False, answer(attempt)
-    mass, centre = found["load"]["mass_kg"], found["load"]["centre_m"]
+    # The centre stands in the named frame; `centre_m` of the load is in an internal one.
+    mass, centre = found["load"]["mass_kg"], found["centre_of_mass"]["centre_m"]
     right = near(mass, 0.9, 0.0) and abs(mass["value"] - 0.9) < 0.05 and all(
         c and near(c, x, 0.005) for c, x in zip(centre, (0.02, -0.01, 0.06)))
     place = ", ".join(f"{1000 * c['value']:.1f}" if c else "?" for c in centre)
