@@ -330,7 +330,9 @@ fn clipped(found: &ClippedSignal) -> Facts {
 /// Returns the correction of a configured value: a factor, or an offset in the unit of the
 /// quantity.
 fn correction(found: &NuisanceEstimate) -> Facts {
-    let subject = Some(Subject::Joints(vec![found.joint]));
+    // The gain of all joints is about none of them.
+    let is_common = found.nuisance == NuisanceParameter::CommonGain;
+    let subject = (!is_common).then(|| Subject::Joints(vec![found.joint]));
     match (found.correction_factor(), found.quantity) {
         (Some([factor, _]), _) => Facts::new(subject, factor, "1"),
         (None, Some(of)) => Facts::new(subject, of.value, of.unit),
