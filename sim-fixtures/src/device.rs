@@ -10,7 +10,9 @@ use didim_dynamics::{MAX_JOINTS, Reading};
 use crate::encoder::axis_of;
 use crate::streamed::StreamedMeasurement;
 use crate::thermal_model::readings;
-use crate::{BusCycle, CycleEncoder, CycleError, Fault, FaultAction, Playback, Scenario};
+use crate::{
+    BusCycle, CycleEncoder, CycleError, ExcludedTorque, Fault, FaultAction, Playback, Scenario,
+};
 
 /// Maximum number of frames in one cycle. A cycle contains a SYNC, a sample, a target and the
 /// readings of each axis, each of them at most twice, and an error report.
@@ -29,6 +31,7 @@ pub struct VirtualDevice {
     /// computes their values between the samples of the loop.
     arrivals: Vec<(usize, u64)>,
     streamed: StreamedMeasurement,
+    excluded: Option<ExcludedTorque>,
     faults: Vec<Fault>,
     steps_per_cycle: u32,
     period_ns: u64,
@@ -125,6 +128,7 @@ impl VirtualDevice {
             arrivals: if at_arrival { encoder.arrival_times()? } else { Vec::new() },
             streamed: StreamedMeasurement::new(scenario.controller()),
             encoder,
+            excluded: None,
             faults: scenario.faults().to_vec(),
             steps_per_cycle,
             period_ns,
@@ -135,6 +139,12 @@ impl VirtualDevice {
         };
         device.check_faults()?;
         Ok(device)
+    }
+
+    /// Returns the same device with reported torques that lack these terms.
+    #[must_use]
+    pub fn with_excluded_torque(self, excluded: Option<ExcludedTorque>) -> Self {
+        Self { excluded, ..self }
     }
 
     /// Returns the layout of the device's frames.
@@ -166,7 +176,10 @@ impl VirtualDevice {
         let stamp_ns = self.epoch_ns + self.cycle * self.period_ns;
         let before = frames.len();
         let encoded = if self.arrivals.is_empty() {
-            let sample = self.advance()?;
+            let mut sample = self.advance()?;
+            if let Some(excluded) = &mut self.excluded {
+                excluded.subtract_from_sample(&mut sample);
+            }
             self.encode(&sample, stamp_ns, frames).map_err(DeviceError::from)
         } else {
             self.append_streamed(stamp_ns, frames)
@@ -193,7 +206,8 @@ impl VirtualDevice {
             if plan.role == Role::Reading && !has_temperature[axis_of(plan)] {
                 continue;
             }
-            let values = self.streamed.measure(&mut self.closed_loop, start_ns + after_ns)?;
+            let (closed_loop, excluded) = (&mut self.closed_loop, self.excluded.as_mut());
+            let values = self.streamed.measure(closed_loop, excluded, start_ns + after_ns)?;
             frames.push(self.encoder.encode_frame(message, &values, stamp_ns + after_ns)?);
         }
         Ok(())

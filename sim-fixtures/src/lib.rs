@@ -7,6 +7,7 @@
 
 mod device;
 mod encoder;
+mod excluded_torque;
 mod fault;
 pub mod fault_injection;
 mod motion;
@@ -25,6 +26,7 @@ mod thermal_model;
 
 pub use device::{CYCLE_FRAMES, DeviceError, VirtualDevice};
 pub use encoder::{BusCycle, CycleEncoder, CycleError};
+pub use excluded_torque::ExcludedTorque;
 pub use fault::{Fault, FaultAction};
 pub use motion::Motion;
 #[cfg(not(target_os = "linux"))]

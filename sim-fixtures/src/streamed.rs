@@ -5,7 +5,7 @@ use didim_dynamics::simulation::{ClosedLoop, SimulationError, StepOutput};
 use didim_dynamics::{MAX_JOINTS, Reading};
 
 use crate::thermal_model::readings;
-use crate::{BusCycle, Playback};
+use crate::{BusCycle, ExcludedTorque, Playback};
 
 #[derive(Clone, Debug)]
 pub(crate) struct StreamedMeasurement {
@@ -29,7 +29,8 @@ impl StreamedMeasurement {
         Self { neighbouring_samples: None, gains }
     }
 
-    /// Returns the measurement at a time after the first sample of the loop. Positions are
+    /// Returns the measurement at a time after the first sample of the loop, with torques that lack
+    /// the `excluded` terms. Positions are
     /// interpolated linearly between two samples, and a torque is held from one sample to the next.
     /// The time must not decrease from one call to the next.
     ///
@@ -38,6 +39,7 @@ impl StreamedMeasurement {
     pub(crate) fn measure(
         &mut self,
         closed_loop: &mut ClosedLoop<Playback>,
+        excluded: Option<&mut ExcludedTorque>,
         time_ns: u64,
     ) -> Result<BusCycle, SimulationError> {
         #[expect(clippy::cast_precision_loss, reason = "days of nanoseconds")]
@@ -71,11 +73,14 @@ impl StreamedMeasurement {
             reported[Reading::Damping as usize] = damping;
             reported[Reading::SpeedTarget as usize] = speed;
         }
-        let reference = if share > 0.0 { &before } else { &after };
+        let mut holding = if share > 0.0 { before } else { after };
+        if let Some(excluded) = excluded {
+            excluded.subtract_from_sample(&mut holding);
+        }
         Ok(BusCycle {
             counter: 0,
             motor_position_rad: between(&before.motor_position_rad, &after.motor_position_rad),
-            motor_torque_nm: reference.motor_torque_nm,
+            motor_torque_nm: holding.motor_torque_nm,
             motor_reference_rad: between(&before.motor_reference_rad, &after.motor_reference_rad),
             readings: measured,
             has_temperature: [false; MAX_JOINTS],

@@ -175,6 +175,44 @@ fn delays_and_couplings_of_a_bus_get_the_values_that_the_data_ask_for() {
     assert_corrected(&cell, &log, "coupling", "transmission.rows[6][5]", 32.0);
 }
 
+/// Records the simulated arm of a cell that excludes these terms from its torques.
+fn record_without(installation: &Installation, name: &str, terms: &[&str]) -> PathBuf {
+    write(&installation.cell(), "bus.layout.excludes", &serde_json::json!(terms));
+    let log = installation.path(name);
+    let bus = format!("log:{}", log.display());
+    succeed(&[&"sim", &"--cell", &installation.cell(), &"--bus", &bus]);
+    log
+}
+
+/// The simulated controller subtracts what the cell excludes.
+#[test]
+fn simulated_torques_lack_what_the_cell_excludes() {
+    let installation = Installation::from_cell("tx40-cia402", &[]);
+    let cell = installation.cell();
+    let plain = without_parameters(&fs::read_to_string(&cell).unwrap());
+    fs::write(&cell, &plain).unwrap();
+    let error = |of: &Value| of["relative_error"].as_f64().unwrap();
+    let complete = record_without(&installation, "complete.log", &[]);
+    let (floor, value) = (error(&identify(&cell, &complete)), |of: &Value, name: &str| {
+        let parameters = of["parameters"].as_array().unwrap().iter();
+        let mut found = parameters.filter(|own| own["name"] == name);
+        found.next().map(|own| own["value"].as_f64().unwrap())
+    });
+    for terms in [&["gravity"][..], &["friction"], &["gravity", "friction"]] {
+        let log = record_without(&installation, "excluded.log", terms);
+        let as_recorded = identify(&cell, &log);
+        assert!(error(&as_recorded) < 3.0 * floor, "{terms:?}: {} {floor}", error(&as_recorded));
+        assert_eq!(value(&as_recorded, "fc1").is_some(), !terms.contains(&"friction"));
+        let inertia = value(&as_recorded, "zz1r").unwrap();
+        assert!((inertia - 1.24).abs() < 0.03, "{terms:?}: {inertia}");
+        // The same torques are not those of the complete arm.
+        write(&cell, "bus.layout.excludes", &serde_json::json!([]));
+        let other = error(&identify(&cell, &log));
+        let is_other = other > 2.0 * error(&as_recorded);
+        assert_eq!(is_other, terms.contains(&"gravity"), "{terms:?}: {other}");
+    }
+}
+
 /// A coupling that is left out is a model error. The reading is not compared, because friction of
 /// a wrist looks like one, but its value is known.
 #[test]
@@ -433,4 +471,39 @@ fn a_known_torque_gets_the_factor_that_the_data_ask_for() {
     );
     fs::write(&cell, two_link_cell(&spring, "")).unwrap();
     assert_corrected(&cell, &log, "known-torque", "urdf.joints.elbow.known_torque.factor", 0.8);
+}
+
+/// All torques are 1.2 times too large, and a spring of known size shows it. One number stands for
+/// the gains of all joints, and stays one.
+#[test]
+fn the_gain_of_all_joints_is_corrected_by_one_number() {
+    let spring = |position: f64| 40.0 * (3.0 * position).sin();
+    let scaled = two_link_table(|_, row| {
+        row[4] -= spring(row[2]);
+        row[3] *= 1.2;
+        row[4] *= 1.2;
+    });
+    let [cell, log] = ["cell.toml", "log.csv"].map(|name| scaled.path().join(name));
+    let degrees: Vec<f64> = (-36..=36).map(|step| 5.0 * f64::from(step)).collect();
+    let torques: Vec<f64> = degrees.iter().map(|of| spring(of.to_radians())).collect();
+    let elbow = format!(
+        "joints.elbow.known_torque = {{ position_deg = {degrees:?}, torque_nm = {torques:?} }}\n"
+    );
+    let amperes = ("unit = \"Nm\"", "unit = \"A\", per_ampere = 1.0");
+    let tolerances = "tolerances = { known_torque = 0.001 }\n";
+    let text = changed(&two_link_cell(&elbow, ""), &[amperes]) + tolerances;
+    fs::write(&cell, text).unwrap();
+    let before = identify(&cell, &log);
+    let gains = settings(&before, "torque-gain", "data.torque.per_ampere");
+    let is_common = |of: &&Value| of["set"]["value"].is_number() && of.get("subject").is_none();
+    let common: Vec<&Value> = gains.iter().filter(is_common).collect();
+    let [found] = common[..] else { panic!("{:#}", before["verdict"]["findings"]) };
+    assert_eq!(found["set"]["key"], "data.torque.per_ampere");
+    let value = found["set"]["value"].as_f64().unwrap();
+    assert!((value * 1.2 - 1.0).abs() < 0.02, "{value}");
+    write(&cell, "data.torque.per_ampere", &found["set"]["value"]);
+    let after = identify(&cell, &log);
+    assert!(settings(&after, "torque-gain", "").is_empty(), "{:#}", after["verdict"]["findings"]);
+    let error = |of: &Value| of["relative_error"].as_f64().unwrap();
+    assert!(error(&after) < error(&before), "{} {}", error(&after), error(&before));
 }

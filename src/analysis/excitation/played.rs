@@ -81,10 +81,16 @@ impl PlayedMotion {
         if duration_s > MAX_MOTION_S {
             return Err(PlayError::TooLong { duration_s });
         }
-        let nominal = robot.nominal().ok_or_else(|| PlayError::NoNominal { robot: name() })?;
-        let (model, parameters) = (Model::new(robot), nominal.standard_parameters());
-        let base = BaseParameters::compute(&model)?;
-        let truth = base.names().iter().cloned().zip(base.to_base(parameters)).collect();
+        let no_nominal = || PlayError::NoNominal { robot: name() };
+        let nominal = robot.nominal().ok_or_else(no_nominal)?;
+        let base = BaseParameters::compute(&Model::new(robot))?;
+        let true_values = base.to_base(nominal.standard_parameters());
+        let truth = base.names().iter().cloned().zip(true_values).collect();
+        // The torques lack what the cell excludes.
+        let excluded_terms = cell.robot.recorded_torque().excluded_terms();
+        let reported = robot.clone().without_torque_terms(excluded_terms);
+        let reported_nominal = reported.nominal().ok_or_else(no_nominal)?;
+        let (model, parameters) = (Model::new(&reported), reported_nominal.standard_parameters());
         let sample_rate_hz = cell.sample_rate_hz();
         let noise = TorqueNoise { deviations: sample_noise(cell)?, seed };
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a second")]

@@ -8,7 +8,9 @@ use didim_drivers::source::{CandumpWriter, InterfaceName, StampDigits};
 use didim_dynamics::robot::TorqueTerm;
 use didim_dynamics::trajectory::SampledReference;
 use didim_formats::{Measurement, Side, read_motion, write_csv};
-use didim_sim::{CandumpSink, Pace, PlaybackResult, Scenario, SocketCanSink, VirtualDevice, play};
+use didim_sim::{
+    CandumpSink, ExcludedTorque, Pace, PlaybackResult, Scenario, SocketCanSink, VirtualDevice, play,
+};
 use serde::Serialize;
 
 use crate::CliError;
@@ -107,8 +109,9 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     check_destination(arguments, destination, &cell)?;
     let scenario = changed_scenario(arguments, arguments.required_scenario(&cell)?)?;
     let bus = cell.bus().map_err(CliError::from_configuration)?;
-    let mut device = VirtualDevice::new(&scenario, bus.layout.clone(), bus.scales.clone(), 0)
+    let device = VirtualDevice::new(&scenario, bus.layout.clone(), bus.scales.clone(), 0)
         .map_err(CliError::from_configuration)?;
+    let mut device = device.with_excluded_torque(excluded_torque(&scenario, &cell));
     let stop = stop_flag().map_err(CliError::from_failure)?;
     let pace = if arguments.fast { Pace::Unpaced } else { Pace::RealTime };
     let played = match destination {
@@ -234,7 +237,10 @@ fn write_table(arguments: &Arguments, path: &PathBuf, cell: &Cell) -> Result<(),
     )]
     let [before, after] =
         [rests.lead_in_s, rests.tail_s].map(|rest_s| (rest_s * sample_rate_hz).round() as usize);
-    let record = scenario.record_with_rests(before, after).map_err(CliError::from_failure)?;
+    let mut record = scenario.record_with_rests(before, after).map_err(CliError::from_failure)?;
+    if let Some(mut excluded) = excluded_torque(&scenario, cell) {
+        excluded.subtract_from_record(&mut record);
+    }
     let signals = record.motor_signals();
     let measurement = Measurement { side: Side::Motor, signals, rate_unchecked: false };
     write_whole(path, |out| write_csv(&measurement, out, path).map_err(CliError::from_failure))?;
@@ -326,15 +332,18 @@ pub(super) fn read_scenario(name: &str, cell: &Cell) -> Result<Scenario, CliErro
     Ok(scenario)
 }
 
-/// Notes that the cell excludes terms that the simulated torques contain.
+/// Notes that the simulated torques lack the terms that the cell excludes.
 fn note_excluded_terms(cell: &Cell) {
     let excluded = cell.robot.recorded_torque().excluded_terms();
     if !excluded.is_empty() {
         let terms: Vec<String> = excluded.iter().map(TorqueTerm::to_string).collect();
-        print_note(&format!(
-            "note: the cell excludes {} from its torques, and the simulated torques contain it; \
-             leave out `excludes` to identify them\n",
-            terms.join(" and ")
-        ));
+        let terms = terms.join(" and ");
+        print_note(&format!("note: the torques lack {terms}, as the cell says (`excludes`)\n"));
     }
+}
+
+/// Returns the torque of the terms that the cell excludes.
+fn excluded_torque(scenario: &Scenario, cell: &Cell) -> Option<ExcludedTorque> {
+    let terms = cell.robot.recorded_torque().excluded_terms();
+    ExcludedTorque::new(scenario.robot(), scenario.standard_parameters(), terms)
 }
