@@ -79,7 +79,8 @@ fn no_limit_is_left_at_ten_times_the_output_rate() {
         }
         let speeds = slopes(&positions, &rate);
         let speed = largest(&speeds, |j| 0.5 * limits[j].velocity_max.unwrap());
-        assert!(speed < 1.0 + 1e-9 && speed > 0.7, "{speed}");
+        // The mean over a step exceeds both of its ends by up to (ω Δt)² / 12 = 5e-7 at 2 Hz.
+        assert!(speed < 1.0 + 6e-7 && speed > 0.7, "{speed}");
         let accelerations = slopes(&speeds, &rate);
         if jerk {
             let share = largest(&accelerations, |j| 0.5 * limits[j].acceleration_max.unwrap());
