@@ -83,7 +83,10 @@ fn accuses(code: FindingCode) -> bool {
 /// Returns the exact scenario of an arm. The robot file has the truth as nominal parameters.
 fn scenario_of(arm: &str, seed: u64) -> Scenario {
     match arm {
-        "TX40, 28" => on_motion(MOTIONS[(seed as usize - 1) % MOTIONS.len()]),
+        "TX40, 28" => {
+            let place = usize::try_from(seed - 1).unwrap() % MOTIONS.len();
+            on_motion(MOTIONS[place])
+        }
         _ => tx40_physical().unwrap(),
     }
 }
