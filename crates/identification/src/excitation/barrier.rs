@@ -94,8 +94,8 @@ impl<'a> Barrier<'a> {
                 }
                 value -= weight * slack.ln();
                 let slope = weight * 2.0 * z / (slack * bound.half_range);
-                for (gradient, d) in gradient.iter_mut().zip(bound.direction) {
-                    *gradient += slope * d;
+                for (joint, factor) in &bound.terms {
+                    gradient[*joint] += slope * factor;
                 }
             }
         }

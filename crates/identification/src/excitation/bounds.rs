@@ -28,13 +28,13 @@ impl Default for Margins {
 }
 
 /// Limit of a joint, or of a motor that is geared to several joints, referred to the motor's joint.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct Bound {
     pub(super) kind: LimitKind,
     /// Joint, counted from 0.
     pub(super) joint: usize,
-    /// Factors of the joints' values, whose weighted sum is limited.
-    pub(super) direction: [f64; MAX_JOINTS],
+    /// Joints whose weighted sum is limited, each with its factor.
+    pub(super) terms: Vec<(usize, f64)>,
     pub(super) middle: f64,
     pub(super) half_range: f64,
 }
@@ -42,19 +42,15 @@ pub(super) struct Bound {
 impl Bound {
     /// Returns the used share of the limit, from −1 to 1 if the limit is kept.
     pub(super) fn share_of_limit(&self, values: &[f64]) -> f64 {
-        self.share_of_sum(self.direction.iter().zip(values).map(|(d, v)| d * v).sum())
-    }
-
-    /// Returns the same of the weighted sum of the joints' values.
-    fn share_of_sum(&self, value: f64) -> f64 {
+        let value: f64 = self.terms.iter().map(|(joint, factor)| factor * values[*joint]).sum();
         (value - self.middle) / self.half_range
     }
+}
 
-    /// Returns the joints of the weighted sum, each with its factor.
-    fn terms(&self) -> Vec<(usize, f64)> {
-        let factors = self.direction.iter().copied().enumerate();
-        factors.filter(|(_, factor)| *factor != 0.0).collect()
-    }
+/// Returns the joints with a factor.
+fn terms_of(factors: &[f64; MAX_JOINTS]) -> Vec<(usize, f64)> {
+    let factors = factors.iter().copied().enumerate();
+    factors.filter(|(_, factor)| *factor != 0.0).collect()
 }
 
 /// Limits of a motion of an arm.
@@ -114,7 +110,7 @@ impl Bounds {
             bounds.push(Bound {
                 kind: LimitKind::Position,
                 joint,
-                direction: selector,
+                terms: terms_of(&selector),
                 middle: 0.5 * (position_min + position_max),
                 half_range: (0.5 - margins.position) * (position_max - position_min),
             });
@@ -142,16 +138,20 @@ impl Bounds {
             let motor = transmission.is_coupled(joint).then(|| transmission.direction(joint));
             for direction in [Some(selector), motor].into_iter().flatten() {
                 for (kind, half) in symmetric {
-                    let bound =
-                        |half| Bound { kind, joint, direction, middle: 0.0, half_range: half };
-                    bounds.extend(half.map(bound));
+                    bounds.extend(half.map(|half_range| Bound {
+                        kind,
+                        joint,
+                        terms: terms_of(&direction),
+                        middle: 0.0,
+                        half_range,
+                    }));
                 }
             }
             if let Some(half) = torque {
-                let bound = |direction| Bound {
+                let bound = |direction: [f64; MAX_JOINTS]| Bound {
                     kind: LimitKind::Torque,
                     joint,
-                    direction,
+                    terms: terms_of(&direction),
                     middle: 0.0,
                     half_range: half,
                 };
@@ -212,16 +212,14 @@ impl Bounds {
             reason = "a motion has far fewer samples than 2^52"
         )]
         let samples = (motion.duration_s() * rate_hz).ceil().max(1.0) as usize;
-        let terms: Vec<_> = self.limits.iter().map(Bound::terms).collect();
         let state = |i: usize| motion.state(motion.duration_s() * i as f64 / samples as f64);
         for first in (0..=samples).step_by(WIDTH) {
             let states: [State; WIDTH] = core::array::from_fn(|l| state((first + l).min(samples)));
             let torques = torques.values_of(&states);
-            for ((used, bound), terms) in used.iter_mut().zip(&self.limits).zip(&terms) {
+            for (used, bound) in used.iter_mut().zip(&self.limits) {
                 for (state, torque) in states.iter().zip(&torques) {
-                    let values = bound.kind.values_of(state, torque);
-                    let value = terms.iter().map(|(joint, of)| of * values[*joint]).sum();
-                    used.used_share = used.used_share.max(bound.share_of_sum(value).abs());
+                    let share = bound.share_of_limit(bound.kind.values_of(state, torque)).abs();
+                    used.used_share = used.used_share.max(share);
                 }
             }
         }
@@ -237,12 +235,6 @@ impl Bounds {
     pub(super) fn range(&self, joint: usize) -> [f64; 2] {
         let bound = self.joint_bound(LimitKind::Position, joint);
         bound.map_or([0.0; 2], |of| [of.middle - of.half_range, of.middle + of.half_range])
-    }
-
-    /// Returns the standard parameters, each in every lane; `None` unless torques are limited.
-    pub(super) fn parameters_in_lanes(&self) -> Option<Vec<Group>> {
-        let parameters = self.parameters.as_ref()?;
-        Some(parameters.iter().map(|value| Lanes::constant(*value)).collect())
     }
 
     /// Returns true if torques are limited.
@@ -301,11 +293,11 @@ impl LimitKind {
 
 impl UsedLimit {
     fn from_bound(bound: &Bound) -> Self {
-        let Bound { kind, joint, direction, middle, half_range: half } = *bound;
+        let &Bound { kind, joint, middle, half_range: half, .. } = bound;
         Self {
             kind,
             joint: JointIndex::new(joint),
-            of_motor: direction.iter().filter(|d| **d != 0.0).count() > 1,
+            of_motor: bound.terms.len() > 1,
             lower_limit: middle - half,
             upper_limit: middle + half,
             used_share: 0.0,
@@ -322,7 +314,9 @@ struct Torques<'a> {
 
 impl<'a> Torques<'a> {
     fn new(model: &'a Model, bounds: &'a Bounds) -> Self {
-        Self { model, parameters: bounds.parameters_in_lanes(), workspace: Workspace::new() }
+        let lanes = |of: &Vec<f64>| of.iter().map(|value| Lanes::constant(*value)).collect();
+        let parameters = bounds.parameters.as_ref().map(lanes);
+        Self { model, parameters, workspace: Workspace::new() }
     }
 
     /// Returns the torques of each state; 0 beyond the number of joints.

@@ -83,7 +83,7 @@ impl Information {
     /// Returns the information matrix of a motion. Its rows are stored for the
     /// [gradient](Self::add_gradient).
     pub(super) fn weighted_regressor(&mut self, [q, dq, ddq, _]: &Motion) -> DMatrix<f64> {
-        let samples = q.ncols();
+        let (n, samples) = q.shape();
         for of in &mut self.joints {
             if of.rows.nrows() != samples {
                 of.rows = DMatrix::zeros(samples, of.acting.len());
@@ -91,7 +91,12 @@ impl Information {
         }
         let mut states = [[Lanes::zero(); MAX_JOINTS]; 3];
         for first in (0..samples).step_by(WIDTH) {
-            let [q, dq, ddq] = read_states(&mut states, [q, dq, ddq], first);
+            for (to, from) in states.iter_mut().zip([q, dq, ddq]) {
+                for (joint, to) in to[..n].iter_mut().enumerate() {
+                    *to = Lanes::from_fn(|l| from[(joint, (first + l).min(samples - 1))]);
+                }
+            }
+            let [q, dq, ddq] = states.each_ref().map(|of| &of[..n]);
             self.model.selected_regressor(
                 &mut self.parallel_workspace,
                 &self.regressor_entries,
@@ -181,20 +186,4 @@ impl Information {
             }
         }
     }
-}
-
-/// Reads positions, velocities and accelerations of a motion (n × N each) from sample `first` on,
-/// into lanes. Beyond the last sample they are those of the last.
-fn read_states<'s>(
-    states: &'s mut [[Group; MAX_JOINTS]; 3],
-    motion: [&DMatrix<f64>; 3],
-    first: usize,
-) -> [&'s [Group]; 3] {
-    let (n, samples) = motion[0].shape();
-    for (to, from) in states.iter_mut().zip(motion) {
-        for (joint, to) in to[..n].iter_mut().enumerate() {
-            *to = Lanes::from_fn(|l| from[(joint, (first + l).min(samples - 1))]);
-        }
-    }
-    states.each_ref().map(|of| &of[..n])
 }

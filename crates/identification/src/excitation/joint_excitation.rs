@@ -59,27 +59,6 @@ impl JointExcitations {
         FourierSeries { duration_s: self.duration_s, joints }
     }
 
-    /// Returns the state at a given time, that of the [series](Self::series).
-    fn state_at(&self, time_s: f64) -> State {
-        let mut state = State::default();
-        state.position[..self.posture.len()].copy_from_slice(&self.posture);
-        if time_s <= 0.0 || time_s >= self.duration_s {
-            return state;
-        }
-        for JointExcitation { joint, reversal_position: to, repetitions } in &self.excitations {
-            let (half, omega) =
-                (0.5 * (to - self.posture[*joint]), TAU * *repetitions as f64 / self.duration_s);
-            let (sin, cos) = (omega * time_s).sin_cos();
-            let (sin_2, cos_2) = (2.0 * sin * cos, 1.0 - 2.0 * sin * sin);
-            let joint = joint.position();
-            state.position[joint] += half * (1.0 - cos - 0.25 * (1.0 - cos_2));
-            state.velocity[joint] = half * omega * (sin - 0.5 * sin_2);
-            state.acceleration[joint] = half * omega * omega * (cos - cos_2);
-            state.jerk[joint] = half * omega.powi(3) * (2.0 * sin_2 - sin);
-        }
-        state
-    }
-
     /// Returns the highest speed \[rad/s or m/s\] and acceleration \[rad/s² or m/s²\] of one of its
     /// excitations.
     pub fn peaks(&self, excitation: &JointExcitation) -> [f64; 2] {
@@ -105,8 +84,25 @@ impl Course for JointExcitations {
         self.duration_s
     }
 
+    /// Returns the state of the [series](JointExcitations::series) in closed form.
     fn state(&self, time_s: f64) -> State {
-        self.state_at(time_s)
+        let mut state = State::default();
+        state.position[..self.posture.len()].copy_from_slice(&self.posture);
+        if time_s <= 0.0 || time_s >= self.duration_s {
+            return state;
+        }
+        for JointExcitation { joint, reversal_position: to, repetitions } in &self.excitations {
+            let (half, omega) =
+                (0.5 * (to - self.posture[*joint]), TAU * *repetitions as f64 / self.duration_s);
+            let (sin, cos) = (omega * time_s).sin_cos();
+            let (sin_2, cos_2) = (2.0 * sin * cos, 1.0 - 2.0 * sin * sin);
+            let joint = joint.position();
+            state.position[joint] += half * (1.0 - cos - 0.25 * (1.0 - cos_2));
+            state.velocity[joint] = half * omega * (sin - 0.5 * sin_2);
+            state.acceleration[joint] = half * omega * omega * (cos - cos_2);
+            state.jerk[joint] = half * omega.powi(3) * (2.0 * sin_2 - sin);
+        }
+        state
     }
 }
 
@@ -122,7 +118,7 @@ impl Reference for JointExcitations {
         velocity: &mut [f64],
         acceleration: &mut [f64],
     ) {
-        self.state_at(time_s).copy_to(self.joints(), position, velocity, acceleration);
+        self.state(time_s).copy_to(self.joints(), position, velocity, acceleration);
     }
 }
 
