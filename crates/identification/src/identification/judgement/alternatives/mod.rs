@@ -228,9 +228,9 @@ fn explain(refit: &Refit<'_>, logged: &Experiment, found: &mut FoundAlternatives
         Some(Best::Named(alternative)) => alternative,
     };
     let reading = Reading::new(&alternative, &refit.context, logged);
-    let is_same_model = !alternative.has_other_model();
+    let (is_same_model, shared) = (!alternative.has_other_model(), alternative.shared(refit));
     found.alternatives.push(alternative);
-    let Some(better) = reading.refit(&refit.context, Shared::Nothing) else {
+    let Some(better) = reading.refit(&refit.context, shared) else {
         found.parameter_change = None;
         return;
     };
