@@ -109,35 +109,25 @@ impl Fourier {
     ///
     /// With `N = P M` and k = P m + r, `X_k = Σ_i e^{−j2πri/N} (Σ_p x_(i+Mp) e^{−j2πrp/P})
     /// e^{−j2πmi/M}`: a transform of M values (decimation in frequency; Van Loan, section 1.9). The
-    /// inner sum has one angle for each part of the signal.
+    /// inner sum has one angle for each part of the signal. The signals have one length.
     pub(super) fn of_class(&self, class: usize, signals: &[&[f64]]) -> Vec<Complex> {
         let values = self.length / self.part_count();
         if class == 0 {
             return self.of_real(signals, values);
         }
-        let longest = signals.iter().map(|signal| signal.len()).max().unwrap_or_default();
+        let length = signals.first().map_or(0, |signal| signal.len());
         let mut folded = vec![Complex::ZERO; values];
         with_vector_instructions(
             #[inline(always)]
             || {
-                for first in (0..longest).step_by(values) {
+                for first in (0..length).step_by(values) {
                     let [cos, sin] = self.twiddle_factor(class * first).map(Lanes::constant);
-                    let parts: [&[f64]; PARALLEL_SIGNALS] = core::array::from_fn(|l| {
-                        // A lane without a signal repeats the first one.
-                        let signal = signals.get(l).or(signals.first());
-                        let part = signal.and_then(|signal| signal.get(first..));
-                        part.map_or(&[][..], |part| &part[..part.len().min(values)])
-                    });
-                    let all = parts.iter().map(|part| part.len()).min().unwrap_or_default();
-                    let complete = parts.map(|part| &part[..all]);
-                    for (i, folded) in folded[..all].iter_mut().enumerate() {
-                        let value = Lanes::from_fn(|l| complete[l][i]);
-                        folded.re += value * cos;
-                        folded.im += value * sin;
-                    }
-                    // Signals of different lengths.
-                    for (i, folded) in folded.iter_mut().enumerate().skip(all) {
-                        let value = Lanes::from_fn(|l| parts[l].get(i).copied().unwrap_or(0.0));
+                    let end = length.min(first + values);
+                    // Lanes without a signal repeat the last one.
+                    let parts: [&[f64]; PARALLEL_SIGNALS] =
+                        core::array::from_fn(|l| &signals[l.min(signals.len() - 1)][first..end]);
+                    for (i, folded) in folded[..end - first].iter_mut().enumerate() {
+                        let value = Lanes::from_fn(|l| parts[l][i]);
                         folded.re += value * cos;
                         folded.im += value * sin;
                     }
