@@ -30,9 +30,8 @@ impl StreamedMeasurement {
     }
 
     /// Returns the measurement at a time after the first sample of the loop, with torques that lack
-    /// the `excluded` terms. Positions are
-    /// interpolated linearly between two samples, and a torque is held from one sample to the next.
-    /// The time must not decrease from one call to the next.
+    /// the `excluded` terms. Positions are interpolated linearly between two samples, and a torque
+    /// is held from one sample to the next. The time must not decrease from one call to the next.
     ///
     /// # Errors
     /// [`SimulationError`].

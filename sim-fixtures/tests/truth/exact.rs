@@ -2,15 +2,14 @@
 
 use std::collections::BTreeSet;
 
-use didim_dynamics::control::SimulatedController;
 use didim_dynamics::dynamics::{BaseParameters, Model};
 use didim_dynamics::simulation::NoiseConfig;
 use didim_identification::identification::{
     Estimate, FindingCode, IdentificationError, Method, Start, identify,
 };
-use didim_sim::{Scenario, tx40_paper, tx40_physical};
+use didim_sim::{Scenario, tx40_physical};
 
-use crate::common::experiment::{MOTIONS, experiment, listed, on_motion, regression};
+use crate::common::experiment::{MOTIONS, experiment, loop_options, on_motion};
 use crate::common::parallel::in_parallel;
 use crate::common::table::{Column, Table, writing};
 
@@ -117,19 +116,10 @@ fn estimated(
 ) -> Result<Estimate, IdentificationError> {
     let scenario = with_noise(scenario_of(arm, seed), noise, seed);
     let base = BaseParameters::compute(&Model::new(scenario.robot())).unwrap();
-    let names = match arm {
-        "TX40, 28" => listed(&tx40_paper().unwrap()),
-        _ => base.names().to_vec(),
-    };
-    let mut options = regression(Some(names), 200.0);
-    options.controller = Some(SimulatedController::Cabinet {
-        timing: scenario.controller().timing,
-        joints: scenario.controller().joints.clone(),
-        rescale_to_inertia_kg_m2: None,
-    });
-    options.simulation.integrator = scenario.simulation().integrator;
-    options.simulation.substeps = scenario.simulation().substeps;
-    options.simulation.start = Start::IdimLs;
+    let mut options = loop_options(&scenario, 200.0, Start::IdimLs);
+    if arm == "TX40, 60" {
+        options.parameters = Some(base.names().to_vec());
+    }
     let experiment = experiment(&scenario);
     identify(method, scenario.robot(), &base, &experiment, &options).map(|found| found.estimate)
 }
