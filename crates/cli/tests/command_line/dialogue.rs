@@ -25,7 +25,7 @@ fn each_answer_on_a_terminal_is_checked_at_once() {
     dialogue.waits_for_count(PROMPT, 2);
     assert!(!folder.path().join("cell.toml").exists());
     dialogue.key("false\n");
-    let (status, shown) = dialogue.ended();
+    let (status, shown) = dialogue.ended(&["next: didim identify"]);
     assert_eq!(status.code(), Some(0), "{shown}");
     assert!(!shown.contains("panicked") && shown.contains("next: didim identify"), "{shown}");
     let cell = fs::read_to_string(folder.path().join("cell.toml")).unwrap();
@@ -39,7 +39,7 @@ fn an_empty_answer_leaves_the_question_in_the_cell() {
     let mut dialogue = start(&folder);
     dialogue.waits_for_count(PROMPT, 1);
     dialogue.key("\n");
-    let (status, shown) = dialogue.ended();
+    let (status, shown) = dialogue.ended(&["next: didim check"]);
     assert_eq!(status.code(), Some(0), "{shown}");
     assert!(shown.contains("1 open: ") && shown.contains("next: didim check"), "{shown}");
     assert_eq!(shown.matches(PROMPT).count(), 1, "{shown}");

@@ -88,18 +88,17 @@ impl Watched {
         // Until the signals and the terminal are its own.
         self.waits_for("didim top");
         end(&mut self);
-        let status = self.child.wait().unwrap();
-        self.waits_for(LEAVE_ALTERNATE_SCREEN);
-        self.waits_for(SHOW_CURSOR);
-        assert!(canonical(&self.slave), "lines are read as before");
-        let shown = self.shown.lock().unwrap().clone();
-        (status, shown)
+        let slave = self.slave.try_clone().unwrap();
+        let ended = self.ended(&[LEAVE_ALTERNATE_SCREEN, SHOW_CURSOR]);
+        assert!(canonical(&slave), "lines are read as before");
+        ended
     }
 
-    /// Waits for its end, and returns what it showed.
-    pub(super) fn ended(mut self) -> (ExitStatus, String) {
+    /// Waits for its end and for the last words that it shows, and returns all that it showed.
+    #[track_caller]
+    pub(super) fn ended(mut self, last: &[&str]) -> (ExitStatus, String) {
         let status = self.child.wait().unwrap();
-        std::thread::sleep(Duration::from_millis(100));
+        last.iter().for_each(|words| self.waits_for(words));
         let shown = self.shown.lock().unwrap().clone();
         (status, shown)
     }
