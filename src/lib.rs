@@ -17,6 +17,7 @@
 //! | [`files`] | files replaced completely or not at all, configuration read within bounds | – |
 //! | [`window`] | the samples that one result comes from | – |
 //! | [`text`] | numbers and tables in plain text | – |
+//! | [`threads`] | independent pieces of work on all processors | – |
 
 #![cfg_attr(
     not(target_os = "linux"),
@@ -42,4 +43,5 @@ mod seeds;
 pub mod service;
 pub mod signals;
 pub mod text;
+pub mod threads;
 pub mod window;

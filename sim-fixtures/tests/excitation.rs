@@ -10,6 +10,7 @@ use didim_identification::excitation::{
     Task, advise, design, information, predict_result,
 };
 use didim_identification::identification::{Estimate, Experiment, Method, identify};
+use didim_identification::parallel::Serial;
 use didim_sim::{Motion, Scenario, tx40_paper};
 use nalgebra::DMatrix;
 
@@ -221,7 +222,7 @@ fn advice_that_is_followed_brings_what_was_promised() {
     let task = Task { prior_information: before, ..task_of(arm.robot(), &base, &result, 1.0) };
     let values: Vec<f64> = result.parameters.iter().map(|of| of.value).collect();
     let enough = 0.01;
-    let advice = advise(arm.robot(), &task, &values, enough).unwrap();
+    let advice = advise(arm.robot(), &task, &values, enough, &Serial).unwrap();
     let name = |k: &usize| result.parameters[*k].name.as_str();
     let missing: Vec<&str> = advice.missing_parameters.iter().map(name).collect();
     // Of the wrist alone.

@@ -29,7 +29,8 @@ const ORDER: [(&str, &str); 15] = [
     ("crates/dynamics/src", "simulation control dynamics trajectory robot numeric sample"),
     (
         "crates/identification/src",
-        "identification excitation feasibility regression signal stored_value",
+        "identification excitation feasibility regression signal stored_value \
+         parallel",
     ),
     (
         "crates/identification/src/identification",
@@ -39,7 +40,8 @@ const ORDER: [(&str, &str); 15] = [
     ("drivers/src", "samples assemble source socket std_clock clock units layout ethercat frame"),
     (
         "src",
-        "proposal check service report analysis cell live archive signals files window text seeds",
+        "proposal check service report analysis cell live archive signals files window text threads \
+         seeds",
     ),
     ("src/service", "machine_faults metrics reload pipeline limits supervision status paths"),
     (

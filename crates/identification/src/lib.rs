@@ -2,11 +2,12 @@
 //! motion.
 //!
 //! Contract: pure functions of their arguments. No I/O, no clock, no threads, no async, and no
-//! unsafe code. The same input gives the same output, bit for bit, on one instruction set. SI units
+//! unsafe code. Independent work runs on threads that the caller has ([`parallel::Parallel`]). The same input gives the same output, bit for bit, on one instruction set. SI units
 //! throughout (rad or m, N·m or N, s); names carry a unit wherever a type does not. Nothing here
 //! panics on data: every possible fault is an error with a remedy.
 //!
-//! Dependencies point one way: `identification → {excitation, feasibility, regression, signal}`.
+//! Dependencies point one way: `identification → {excitation, feasibility, regression, signal} →
+//! parallel`.
 //! The model of an arm and of its motion comes from `didim_dynamics`.
 //!
 //! # Example
@@ -81,6 +82,7 @@
 pub mod excitation;
 pub mod feasibility;
 pub mod identification;
+pub mod parallel;
 pub mod regression;
 pub mod signal;
 mod stored_value;

@@ -6,6 +6,7 @@ use didim_identification::identification::ReachedRange;
 use super::assignment::Assignment;
 use crate::analysis::stored_model::{JudgedUse, StoredModel};
 use crate::cell::Cell;
+use crate::threads::Threads;
 
 /// Advice, and the data that its numbers refer to.
 #[derive(Clone, Debug)]
@@ -42,7 +43,7 @@ impl AdviceForResult {
             let k = result.parameters.iter().position(|(name, _)| *name == of.name)?;
             result.combined_deviations.get(k).copied().flatten()
         });
-        let advice = advise(&cell.robot, &assignment.task, &values, enough)?;
+        let advice = advise(&cell.robot, &assignment.task, &values, enough, &Threads::ALL)?;
         let joints = cell.robot.joints();
         let has_all_joints = result.reached.len() == joints;
         let relative = |k: usize, deviation: f64| deviation / values[k].abs();

@@ -11,6 +11,7 @@ use didim_identification::excitation::{
     predict_terms, sweep,
 };
 use didim_identification::identification::KnownLoad;
+use didim_identification::parallel::map;
 use indicatif::ProgressBar;
 
 use crate::CliError;
@@ -30,6 +31,7 @@ use didim::report::{
     CheckedMotion, collision_statement, conditions_text, design_header, design_text, html,
     load_lines, prediction_lines, sweep_lines, sweep_text,
 };
+use didim::threads::Threads;
 use didim_formats::{MotionFile, MotionFormat};
 
 /// Number of parallel searches from random motions; the best result is used.
@@ -494,18 +496,12 @@ impl Arguments {
 fn search_best(task: &Task, steps: u32) -> Result<Design, ExcitationError> {
     let bar = ProgressBar::new(PARALLEL_SEARCHES as u64 * u64::from(steps));
     let bar = style_bar(bar, "{bar:40} {percent:>3} %  {eta} left");
-    let search = |seed| design(task, seed, steps, |_: Progress| bar.inc(1));
-    let mut designs: [Option<Result<Design, ExcitationError>>; PARALLEL_SEARCHES] =
-        [const { None }; PARALLEL_SEARCHES];
-    std::thread::scope(|scope| {
-        for (seed, found) in (1..).zip(&mut designs) {
-            let search = &search;
-            scope.spawn(move || *found = Some(search(seed)));
-        }
+    let designs = map(&Threads::ALL, PARALLEL_SEARCHES, |at| {
+        design(task, at as u64 + 1, steps, |_: Progress| bar.inc(1))
     });
     bar.finish_and_clear();
     let mut best: Option<Design> = None;
-    for design in designs.into_iter().flatten() {
+    for design in designs {
         let design = design?;
         if best.as_ref().is_none_or(|best| design.value < best.value) {
             best = Some(design);

@@ -10,6 +10,7 @@ use super::limits::DesignLimits;
 use super::objective::{Objective, covariance, variances};
 use super::prediction;
 use super::task::Task;
+use crate::parallel::Parallel;
 use didim_dynamics::robot::Robot;
 
 /// Tried lengths of a motion, as multiples of a candidate's length, the shortest first.
@@ -61,10 +62,11 @@ pub fn advise(
     task: &Task,
     values: &[f64],
     enough: f64,
+    parallel: &dyn Parallel,
 ) -> Result<Advice, ExcitationError> {
     let duration_s = DesignLimits::DEFAULT.piece_s;
     let unidentifiable = ExcitationError::NotIdentifiable { duration_s };
-    let mut tried = list_candidates(robot, task)?;
+    let mut tried = list_candidates(robot, task, parallel)?;
     let deviations = standard_deviations(&task.prior_information).ok_or(unidentifiable)?;
     let count = deviations.len();
     let enough: Vec<f64> = values.iter().map(|value| enough * value.abs()).collect();

@@ -15,6 +15,7 @@ use super::limits::DesignLimits;
 use super::prediction::predicted_at;
 use super::random::uniform;
 use super::task::Task;
+use crate::parallel::{Parallel, map};
 use didim_dynamics::robot::{JointIndex, JointKind, Robot};
 
 /// Number of start postures: the middle of the ranges, and random ones.
@@ -43,6 +44,7 @@ pub(super) struct Candidate {
 pub(super) fn list_candidates(
     robot: &Robot,
     task: &Task,
+    parallel: &dyn Parallel,
 ) -> Result<Vec<Candidate>, ExcitationError> {
     let joints = robot.joints();
     let grid: Vec<f64> = robot.chain().iter().map(|joint| step(joint.kind)).collect();
@@ -58,26 +60,17 @@ pub(super) fn list_candidates(
         prior_information: before,
         ..task.clone()
     };
-    let candidates = in_parallel(&start_postures(&task.bounds, &grid), |posture| {
+    let postures = start_postures(&task.bounds, &grid);
+    let candidates = map(parallel, postures.len(), |at| -> Vec<Candidate> {
         let within = patterns.iter().filter_map(|pattern| {
-            let excitations = excitations_within_limits(task, &grid, posture, pattern)?;
+            let excitations = excitations_within_limits(task, &grid, &postures[at], pattern)?;
             let information = predicted_at(&weighed, &excitations, INFORMATION_HZ);
             Some(Candidate { excitations, information })
         });
         within.collect()
     });
+    let candidates: Vec<Candidate> = candidates.into_iter().flatten().collect();
     if candidates.is_empty() { Err(ExcitationError::NoExcitation) } else { Ok(candidates) }
-}
-
-/// Returns what `work` makes of each item, in the order of the items. Each has a thread of its own.
-fn in_parallel<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> Vec<R> + Sync) -> Vec<R> {
-    std::thread::scope(|scope| {
-        let started: Vec<_> = items.iter().map(|item| scope.spawn(|| work(item))).collect();
-        let ended = started.into_iter().map(std::thread::ScopedJoinHandle::join);
-        ended
-            .flat_map(|ended| ended.unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
-            .collect()
-    })
 }
 
 /// Returns the resolution of reported positions: whole degrees or millimetres. Candidates have such

@@ -1,12 +1,10 @@
 //! Runs all methods on the available cores.
 
 use std::fmt;
-use std::num::NonZero;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 use didim_identification::identification::Method;
+use didim_identification::parallel::map;
 
 use super::agreement::Agreement;
 use super::held_out::HeldOut;
@@ -15,6 +13,7 @@ use super::method_comparison::{Comparison, SCHEMA, TrueParameter};
 use super::result::MethodResult;
 use super::trial::{Framework, Trial, title};
 use didim::analysis::identify::identify_measurement;
+use didim::threads::Threads;
 
 /// Maximum number of entries of an observation matrix without decimation. Such a matrix takes 128
 /// MB, and a method holds several of them at once. The matrix of the paper's experiment has a third
@@ -74,42 +73,24 @@ pub fn compare(
     blocks: usize,
     progress: &(dyn Fn(Progress) + Sync),
 ) -> Comparison {
-    let tasks = list_tasks(trials, blocks);
-    let done: Vec<Mutex<Option<TaskResult>>> = tasks.iter().map(|_| Mutex::default()).collect();
     // The last tasks start first, because they take longest: they have many identifications, or one
     // without decimation.
-    let remaining = AtomicUsize::new(tasks.len());
-    let work = || {
-        while let Ok(tasks_left) =
-            remaining.fetch_update(Ordering::Relaxed, Ordering::Relaxed, without_task)
-        {
-            let (Some(task), Some(place)) = (tasks.get(tasks_left - 1), done.get(tasks_left - 1))
-            else {
-                break;
-            };
-            progress(Progress::Begun(*task));
-            let result = match *task {
-                Task::Identify(trial) => TaskResult::Identified(Box::new(run(input, trial))),
-                Task::HoldOut(method) => TaskResult::HeldOut(HeldOut::new(input, method, blocks)),
-            };
-            *place.lock().unwrap_or_else(PoisonError::into_inner) = Some(result);
-            progress(Progress::Ended(*task));
-        }
-    };
-    let cores = std::thread::available_parallelism().map_or(1, NonZero::get);
-    std::thread::scope(|scope| {
-        // The calling thread also works.
-        for _ in 1..cores.min(MAX_PARALLEL_TASKS).min(tasks.len()) {
-            scope.spawn(work);
-        }
-        work();
+    let tasks: Vec<Task> = list_tasks(trials, blocks).into_iter().rev().collect();
+    let done = map(&Threads::at_most(MAX_PARALLEL_TASKS), tasks.len(), |at| {
+        let task = tasks[at];
+        progress(Progress::Begun(task));
+        let result = match task {
+            Task::Identify(trial) => TaskResult::Identified(Box::new(run(input, trial))),
+            Task::HoldOut(method) => TaskResult::HeldOut(HeldOut::new(input, method, blocks)),
+        };
+        progress(Progress::Ended(task));
+        result
     });
     let (mut methods, mut held_out) = (Vec::new(), Vec::new());
-    for done in done {
-        match done.into_inner().unwrap_or_else(PoisonError::into_inner) {
-            Some(TaskResult::Identified(result)) => methods.push(*result),
-            Some(TaskResult::HeldOut(errors)) => held_out.push(errors),
-            None => {}
+    for result in done.into_iter().rev() {
+        match result {
+            TaskResult::Identified(result) => methods.push(*result),
+            TaskResult::HeldOut(errors) => held_out.push(errors),
         }
     }
     let unit = |name: &str| {
@@ -136,10 +117,6 @@ pub fn compare(
 enum TaskResult {
     Identified(Box<MethodResult>),
     HeldOut(HeldOut),
-}
-
-fn without_task(remaining: usize) -> Option<usize> {
-    remaining.checked_sub(1)
 }
 
 fn run(input: ComparisonInput<'_>, trial: Trial) -> MethodResult {
