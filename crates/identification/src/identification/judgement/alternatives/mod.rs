@@ -434,15 +434,7 @@ fn low_pass_of_all_signals(
     let lags = lag_times(&refit.context).into_iter();
     let longer = lags.filter(|lag| lag * refit.context.rows_hz() >= 1.0);
     let gain = |of: &Fitted| sum_of_gains(&of.squares);
-    // The gain rises up to the best time constant.
-    let mut best: Option<Fitted> = None;
-    for next in longer.map(fitted) {
-        if gain(&next) <= best.as_ref().map_or(0.0, gain) {
-            break;
-        }
-        best = Some(next);
-    }
-    best
+    longer.map(fitted).max_by(|one, other| gain(one).total_cmp(&gain(other)))
 }
 
 /// Alternative that passed the screening.
