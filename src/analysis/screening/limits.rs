@@ -296,29 +296,27 @@ impl JointSamples {
             LimitedQuantity::Speed => limits.velocity_max?,
             LimitedQuantity::Position => limits.position_max,
         };
-        // Value, its limit, and their ratio.
-        let plain = |value: f64| (value, most, value.abs() / most);
-        let value_at = |k: usize| match limited {
-            LimitedQuantity::Torque => plain(self.torque[joint][k]),
-            LimitedQuantity::Speed => plain(self.speed_at(joint, k)),
+        let note_multiple = self.limit_check.note_multiple;
+        let found = match limited {
+            LimitedQuantity::Torque => {
+                largest_excess(&self.torque[joint], note_multiple, |torque| torque.abs() / most)
+            }
+            LimitedQuantity::Speed => {
+                largest_excess(&self.speed(joint), note_multiple, |speed| speed.abs() / most)
+            }
             LimitedQuantity::Position => {
-                let (low, high) = (limits.position_min, most);
-                let size = low.abs().max(high.abs());
-                let value = position[k];
-                let (limit, out) =
-                    if value > high { (high, value - high) } else { (low, low - value) };
-                (value, limit, 1.0 + out.max(0.0) / size)
+                let size = limits.position_min.abs().max(most.abs());
+                largest_excess(position, note_multiple, |position| {
+                    let out = (position - most).max(limits.position_min - position);
+                    1.0 + out.max(0.0) / size
+                })
             }
         };
-        let values = (0..position.len()).map(|k| (k, value_at(k)));
-        let samples = values
-            .clone()
-            .filter(|(_, (.., times))| *times > self.limit_check.note_multiple)
-            .count();
-        let (sample, (value, limit, times)) = values.max_by(|a, b| a.1.2.total_cmp(&b.1.2))?;
-        if times <= self.limit_check.note_multiple {
-            return None;
-        }
+        let Excess { sample, value, times, samples } = found?;
+        let limit = match limited {
+            LimitedQuantity::Position if value <= most => limits.position_min,
+            _ => most,
+        };
         let cause = match limited {
             _ if samples <= self.limit_check.glitch_samples => Cause::Glitch,
             LimitedQuantity::Torque if times > self.limit_check.other_unit => Cause::TorqueUnit,
@@ -350,8 +348,8 @@ impl JointSamples {
         })
     }
 
-    /// Returns the speed from a position difference over a few samples to either side.
-    fn speed_at(&self, joint: usize, k: usize) -> f64 {
+    /// Returns the speed from position differences over a few samples to either side.
+    fn speed(&self, joint: usize) -> Vec<f64> {
         let position = &self.position[joint];
         #[expect(
             clippy::cast_possible_truncation,
@@ -359,10 +357,14 @@ impl JointSamples {
             reason = "a few samples"
         )]
         let half = ((self.limit_check.half_step_s / self.period_s).round() as usize).max(1);
-        let (before, after) = (k.saturating_sub(half), (k + half).min(position.len() - 1));
-        #[expect(clippy::cast_precision_loss, reason = "a few samples")]
-        let time_s = (after - before).max(1) as f64 * self.period_s;
-        (position[after] - position[before]) / time_s
+        let last = position.len().saturating_sub(1);
+        let speed_at = |k: usize| {
+            let (before, after) = (k.saturating_sub(half), (k + half).min(last));
+            #[expect(clippy::cast_precision_loss, reason = "a few samples")]
+            let time_s = (after - before).max(1) as f64 * self.period_s;
+            (position[after] - position[before]) / time_s
+        };
+        (0..position.len()).map(speed_at).collect()
     }
 
     /// Returns the time at which a position first jumps by nearly a turn between two samples.
@@ -372,6 +374,36 @@ impl JointSamples {
         let jump = self.position[joint].windows(2).position(is_turn)?;
         (kind == JointKind::Revolute).then(|| self.time_s(jump + 1))
     }
+}
+
+/// The largest of values that are beyond a limit, and the number of them.
+struct Excess {
+    sample: usize,
+    value: f64,
+    /// Ratio to the limit.
+    times: f64,
+    samples: usize,
+}
+
+/// Returns the largest value, by its ratio to the limit, and how many ratios are above
+/// `note_multiple`; `None` if none is.
+fn largest_excess(
+    values: &[f64],
+    note_multiple: f64,
+    ratio: impl Fn(f64) -> f64,
+) -> Option<Excess> {
+    let mut largest: Option<Excess> = None;
+    for (sample, &value) in values.iter().enumerate() {
+        let times = ratio(value);
+        if times > note_multiple {
+            let samples = largest.as_ref().map_or(0, |before| before.samples) + 1;
+            largest = match largest {
+                Some(before) if before.times > times => Some(Excess { samples, ..before }),
+                _ => Some(Excess { sample, value, times, samples }),
+            };
+        }
+    }
+    largest
 }
 
 /// Returns the number of whole turns by which a revolute joint's positions are off, if they are
