@@ -28,7 +28,7 @@ use super::uses::Verdict;
 use super::verdict::{Known, UNEXPLAINED};
 use super::workspace::indefinite_posture;
 use crate::feasibility::FixedParameter;
-use crate::identification::observation::{AuxiliaryObservation, Motion};
+use crate::identification::observation::{AuxiliaryObservation, Motion, torque_rates};
 use crate::identification::problem::{Context, IdentificationError, Method};
 use crate::regression::{LjungBox, Observations, ResidualAnalysis, Solution};
 
@@ -326,6 +326,7 @@ impl Findings<'_> {
         deviations: &DVector<f64>,
         beside: Supplements<'_>,
     ) -> Result<(Checks, Uncertainty), IdentificationError> {
+        let torque_rates = &torque_rates(context, self.motion, parameters)?;
         let fitted = FittedModel {
             context,
             method: self.method,
@@ -337,6 +338,7 @@ impl Findings<'_> {
             analysis,
             parameters,
             deviations,
+            torque_rates,
         };
         let checks = fitted.check()?;
         let uncertainty = Uncertainty::new(&fitted, checks.bias.as_ref(), beside)?;

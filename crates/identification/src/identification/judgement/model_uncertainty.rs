@@ -8,7 +8,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 use super::nuisance_parameters::{NuisanceColumns, NuisanceObservation, Observed};
 use super::rows::MatrixRows;
 use super::scaled_rows::ScaledRows;
-use crate::identification::observation::{AuxiliaryObservation, Motion};
+use crate::identification::observation::{AuxiliaryObservation, Motion, torque_rates};
 use crate::identification::problem::{Context, IdentificationError};
 use crate::regression::{JointSolution, Observations, gram_matrix};
 
@@ -230,8 +230,9 @@ impl ModelUncertainty {
         let Some(columns) = columns.filter(|_| shifted.nrows() == parameters.len()) else {
             return Ok(None);
         };
-        let along =
-            NuisanceObservation::new(&columns, motion, auxiliary, observations)?.dense_columns();
+        let rates = torque_rates(context, motion, parameters)?;
+        let along = NuisanceObservation::new(&columns, motion, auxiliary, observations, rates)?
+            .dense_columns();
         let mean = DVector::from_column_slice(&self.mean[shifted.nrows()..]);
         let posterior = self.posterior(shifted.ncols());
         // Rounding may move a small eigenvalue below 0.
@@ -257,7 +258,8 @@ impl ModelUncertainty {
         let Some(columns) = self.columns(context, observations, parameters) else {
             return Ok(None);
         };
-        let along = NuisanceObservation::new(&columns, motion, auxiliary, observations)?;
+        let rates = torque_rates(context, motion, parameters)?;
+        let along = NuisanceObservation::new(&columns, motion, auxiliary, observations, rates)?;
         let solution = JointSolution {
             parameter_change: DVector::from_column_slice(&self.mean[..own]),
             nuisance_parameters: DVector::from_column_slice(&self.mean[own..]),

@@ -70,7 +70,8 @@ impl Uncertainty {
         let columns = nuisance_columns(fitted);
         // Rows that the M-estimate removed from the equation contain no information on the nuisance
         // parameters either.
-        let along = NuisanceObservation::new(&columns, motion, auxiliary, observations)?
+        let rates = fitted.torque_rates.clone();
+        let along = NuisanceObservation::new(&columns, motion, auxiliary, observations, rates)?
             .with_zero_rows(analysis.rows_without_equation());
         let products = analysis.products(&along);
         let solved = |floors: &[f64]| {

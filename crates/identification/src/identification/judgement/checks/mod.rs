@@ -12,9 +12,7 @@ use super::bias::PositionBias;
 use super::estimate::TorqueDelay;
 use super::reasons::{ControllerUnchecked, Note};
 use super::verdict::UNEXPLAINED;
-use crate::identification::observation::{
-    AuxiliaryObservation, FilteredPositions, Motion, torque_rates,
-};
+use crate::identification::observation::{AuxiliaryObservation, FilteredPositions, Motion};
 use crate::identification::problem::{Context, IdentificationError, Method, PositionFilter};
 use crate::regression::{Observations, ResidualAnalysis};
 use didim_dynamics::control::SimulatedController;
@@ -67,6 +65,8 @@ pub(super) struct FittedModel<'a> {
     pub(super) parameters: &'a DVector<f64>,
     /// Their corrected standard deviations.
     pub(super) deviations: &'a DVector<f64>,
+    /// Their torques' time derivatives, filtered and decimated \[N·m/s or N/s\].
+    pub(super) torque_rates: &'a DVector<f64>,
 }
 
 /// What they found.
@@ -110,7 +110,11 @@ impl FittedModel<'_> {
         if bias.is_none() {
             notes.push(self.position_unchecked());
         }
-        let delays = self.analysis.extend(&self.delays()?);
+        // One column per joint, for its delay in s. What is logged at t and acts δ later than stated
+        // is, at the instant where it was thought to act, `τ(t + δ) ≈ τ(t) + δ dτ/dt`. Filtered
+        // torques are differentiated, which is as good as the reverse but for what filters make of
+        // the ends of a record, where nothing is known of either.
+        let delays = self.analysis.extend(self.torque_rates);
         let delays = delays.map_err(IdentificationError::Regression)?;
         if delays.is_none() {
             notes.push(Note::DelayUnchecked);
@@ -177,14 +181,6 @@ impl FittedModel<'_> {
     /// The torques that the model makes of the parameters.
     fn predicted(&self) -> DVector<f64> {
         self.observations.predicted(self.parameters)
-    }
-
-    /// One column per joint, for its delay in s. What is logged at t and acts δ later than stated
-    /// is, at the instant where it was thought to act, `τ(t + δ) ≈ τ(t) + δ dτ/dt`. Filtered
-    /// torques are differentiated, which is as good as the reverse but for what filters make of the
-    /// ends of a record, where nothing is known of either.
-    fn delays(&self) -> Result<DVector<f64>, IdentificationError> {
-        torque_rates(self.context, self.motion, self.parameters)
     }
 
     /// What the noise of the positions does.

@@ -9,7 +9,6 @@ use super::columns::{ColumnsAtStates, NuisanceColumns, bend_of, curvature};
 use super::list::{Column, CouplingKind, NuisanceEffect, PRESLIDING_FACTORS};
 use crate::identification::observation::{
     AuxiliaryObservation, Motion, MotionGroup, States, hysteresis_along, hysteresis_from,
-    torque_rates,
 };
 use crate::identification::problem::IdentificationError;
 use crate::regression::{FurtherColumn, FurtherColumns, Observations};
@@ -44,20 +43,21 @@ pub(in super::super) struct NuisanceObservation<'a> {
 }
 
 impl<'a> NuisanceObservation<'a> {
+    /// `torque_rates` are those of the estimate along the motion.
     pub(in super::super) fn new(
         columns: &'a NuisanceColumns<'a>,
         motion: &Motion,
         auxiliary: &'a AuxiliaryObservation,
         observations: &Observations,
+        torque_rates: DVector<f64>,
     ) -> Result<Self, IdentificationError> {
-        let (context, parameters) = (columns.context, columns.parameters);
         let along = Self {
             columns,
             auxiliary,
             laws: law_columns(columns, motion)?,
             motion: decimated_motion(columns, motion)?,
-            predicted: observations.predicted(parameters),
-            torque_rates: torque_rates(context, motion, parameters)?,
+            predicted: observations.predicted(columns.parameters),
+            torque_rates,
             state_columns: Vec::new(),
             zero_rows: Vec::new(),
         };
@@ -323,13 +323,13 @@ fn decimated_motion(
 ) -> Result<Motion, IdentificationError> {
     let joints = motion.position.ncols();
     let mut group = MotionGroup::of_joints(joints);
-    let mut part = |which: usize| {
-        let mut read = |first: usize, signals: &mut [Group]| {
-            let states = group.read(motion, first);
-            signals.copy_from_slice([states.q, states.dq, states.ddq][which]);
-        };
-        let rows = columns.context.decimate_signals(joints, &mut read);
-        rows.map_err(IdentificationError::RegressorFilter)
+    let mut read = |first: usize, signals: &mut [Group]| {
+        let States { q, dq, ddq, .. } = group.read(motion, first);
+        signals.iter_mut().zip(q.iter().chain(dq).chain(ddq)).for_each(|(to, from)| *to = *from);
     };
-    Ok(Motion::from_matrices(part(0)?, part(1)?, part(2)?))
+    let rows = columns.context.decimate_signals(3 * joints, &mut read);
+    let rows = rows.map_err(IdentificationError::RegressorFilter)?;
+    let [position, velocity, acceleration] =
+        core::array::from_fn(|part| rows.columns(part * joints, joints).into_owned());
+    Ok(Motion::from_matrices(position, velocity, acceleration))
 }
