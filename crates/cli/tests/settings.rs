@@ -173,6 +173,11 @@ fn delays_and_couplings_of_a_bus_get_the_values_that_the_data_ask_for() {
     fs::write(&cell, &shipped).unwrap();
     change_robot(&cell, [COUPLED, &COUPLED.replacen("32.0", "-32.0", 1)]);
     assert_corrected(&cell, &log, "coupling", "transmission.rows[6][5]", 32.0);
+
+    // The robot file lays an arm on its side that stands.
+    fs::write(&cell, &shipped).unwrap();
+    change_robot(&cell, ["gravity_m_s2 = [0.0, 0.0, -9.81]", "gravity_m_s2 = [0.0, 9.81, 0.0]"]);
+    assert_corrected_within(&cell, &log, ("gravity-direction", "gravity_m_s2"), [0.0, 0.1]);
 }
 
 /// Records the simulated arm of a cell that excludes these terms from its torques.
@@ -399,6 +404,10 @@ fn columns_of_a_table_get_the_values_that_the_data_ask_for() {
     assert_corrected(&cell, &table, "wrong-signs-of-joint", "data.torque.sign[4]", 1.0);
     fs::write(&cell, data([", zero = [0, 1.9, 0, 0, 0, 0]", newton_metres])).unwrap();
     assert_zero_corrected(&cell, &table, "data.position.zero[2]");
+    // A gear ratio of the elbow that is a quarter too large.
+    let factor = ", factor = [1.0, 1.0, 1.25, 1.0, 1.0, 1.0]";
+    fs::write(&cell, data([factor, newton_metres])).unwrap();
+    assert_corrected(&cell, &table, "position-scale", "data.position.factor[3]", 1.0);
 
     // A column whose scale no key has had: there is one to add.
     let text = fs::read_to_string(&table).unwrap();
