@@ -76,8 +76,13 @@ class Verdict(Table):
 
         words = {True: "yes", False: "no", None: "undecided"}
         uses = [(of.name, getattr(self, of.name)) for of in fields(self)]
-        return [["use", "usable", "figure", "limit"]] + [
-            [name.replace("_", " "), words[of.usable], number(of.figure, of.unit), number(of.limit, of.unit)]
+
+        def because(use: UseVerdict) -> str:
+            # A reason begins with what is wrong. The remedy follows a colon.
+            return use.reasons[0].split(":")[0] if use.reasons else ""
+
+        return [["use", "usable", "figure", "limit", "because"]] + [
+            [name.replace("_", " "), words[of.usable], number(of.figure, of.unit), number(of.limit, of.unit), because(of)]
             for name, of in uses
             if isinstance(of, UseVerdict)
         ]
