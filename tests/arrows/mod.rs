@@ -40,8 +40,8 @@ const ORDER: [(&str, &str); 15] = [
     ("drivers/src", "samples assemble source socket std_clock clock units layout ethercat frame"),
     (
         "src",
-        "proposal check service report analysis cell live archive signals files window text threads \
-         seeds",
+        "proposal check service report analysis cell live archive signals files window text \
+         threads seeds",
     ),
     ("src/service", "machine_faults metrics reload pipeline limits supervision status paths"),
     (

@@ -2,13 +2,13 @@
 //! motion.
 //!
 //! Contract: pure functions of their arguments. No I/O, no clock, no threads, no async, and no
-//! unsafe code. Independent work runs on threads that the caller has ([`parallel::Parallel`]). The same input gives the same output, bit for bit, on one instruction set. SI units
-//! throughout (rad or m, N·m or N, s); names carry a unit wherever a type does not. Nothing here
-//! panics on data: every possible fault is an error with a remedy.
+//! unsafe code. Independent work runs on threads that the caller has ([`parallel::Parallel`]). The
+//! same input gives the same output, bit for bit, on one instruction set. SI units throughout (rad
+//! or m, N·m or N, s); names carry a unit wherever a type does not. Nothing here panics on data:
+//! every possible fault is an error with a remedy.
 //!
 //! Dependencies point one way: `identification → {excitation, feasibility, regression, signal} →
-//! parallel`.
-//! The model of an arm and of its motion comes from `didim_dynamics`.
+//! parallel`. The model of an arm and of its motion comes from `didim_dynamics`.
 //!
 //! # Example
 //! The parameters of a pendulum from arrays of its position and torque:
