@@ -51,6 +51,7 @@ pub use limits::RegressionLimits;
 pub use ljung_box::LjungBox;
 pub use observation_matrix::ObservationMatrix;
 pub use observations::Observations;
+pub(crate) use prior::FreedSolution;
 pub use prior::{JointProducts, JointSolution};
 pub(crate) use products::{symmetric_product, transposed_times};
 pub use residuals::ResidualStatistics;

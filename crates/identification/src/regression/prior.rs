@@ -87,14 +87,9 @@ impl JointSolution {
             for &k in &places {
                 let variance = solution.covariance[(own + k, own + k)];
                 let mean = solution.nuisance_parameters[k];
-                let [prior, weighted_mean] = priors[k];
-                // A difference of nearly equal numbers would consist of rounding errors.
-                let certainty = 1.0 - variance * prior;
-                if certainty <= RegressionLimits::DEFAULT.min_certainty {
+                let Some([of_data, information]) = solution.without_prior(k, priors[k]) else {
                     continue;
-                }
-                let information = certainty / variance;
-                let of_data = (mean / variance - weighted_mean) / information;
+                };
                 let data = HeavyTails { mean: of_data, variance: 1.0 / information };
                 let [new_mean, new_variance] = data.posterior(solution.colour_factor);
                 priors[k] = [
@@ -111,6 +106,43 @@ impl JointSolution {
             }
         }
         solution
+    }
+
+    /// Takes the priors from the configured nuisance parameters that the data contradict by more
+    /// than `limit` standard deviations, the most contradicted one first. Without this order, one
+    /// wrong value makes the data contradict those that are correlated with it.
+    pub(crate) fn without_contradicted(&self, configured: &[bool], limit: f64) -> FreedSolution {
+        let mut freed =
+            FreedSolution { solution: self.clone(), has_prior: vec![true; configured.len()] };
+        loop {
+            let places = (0..configured.len()).filter(|k| configured[*k] && freed.has_prior[*k]);
+            let contradictions = places.filter_map(|k| Some((k, freed.contradiction(k)?)));
+            let most = contradictions.max_by(|a, b| a.1.total_cmp(&b.1));
+            let Some((k, _)) = most.filter(|(_, size)| *size > limit) else { return freed };
+            if let Some([mean, information]) = freed.solution.without_prior(k, [1.0, 0.0]) {
+                freed.solution.set_moments(k, [mean, 1.0 / information]);
+            }
+            freed.has_prior[k] = false;
+        }
+    }
+
+    /// Returns the mean of a nuisance parameter without its own prior, and the information on it.
+    /// The precision of the prior and its product with the mean are given. Returns `None` if the
+    /// data do not determine it.
+    fn without_prior(
+        &self,
+        nuisance: usize,
+        [precision, weighted_mean]: [f64; 2],
+    ) -> Option<[f64; 2]> {
+        let own = self.parameter_change.len();
+        let variance = self.covariance[(own + nuisance, own + nuisance)];
+        // A difference of nearly equal numbers would consist of rounding errors.
+        let certainty = 1.0 - variance * precision;
+        (certainty > RegressionLimits::DEFAULT.min_certainty).then(|| {
+            let information = certainty / variance;
+            let mean = self.nuisance_parameters[nuisance];
+            [(mean / variance - weighted_mean) / information, information]
+        })
     }
 
     /// Gives a nuisance parameter another mean and variance; the others follow by their
@@ -168,6 +200,36 @@ impl JointSolution {
         }
         let degrees_of_freedom = 2.0 * mean * mean / variance;
         mean * (1.0 - 2.0 / (9.0 * degrees_of_freedom)).max(0.0).powi(3)
+    }
+}
+
+/// Solution without the priors of the configured values that the data contradict.
+#[derive(Clone, Debug)]
+pub(crate) struct FreedSolution {
+    pub(crate) solution: JointSolution,
+    /// For each nuisance parameter.
+    has_prior: Vec<bool>,
+}
+
+impl FreedSolution {
+    /// Returns true for a nuisance parameter without its prior.
+    pub(crate) fn is_contradicted(&self, nuisance: usize) -> bool {
+        !self.has_prior[nuisance]
+    }
+
+    /// Returns by how many standard deviations, of the data and of the prior together, the data
+    /// contradict the prior of a nuisance parameter.
+    fn contradiction(&self, nuisance: usize) -> Option<f64> {
+        let [mean, deviation] = self.by_data(nuisance)?;
+        Some(mean.abs() / deviation.hypot(1.0))
+    }
+
+    /// Returns mean and standard deviation of a nuisance parameter by the data alone, in units of
+    /// its prior standard deviation. Returns `None` if the data do not determine it.
+    pub(crate) fn by_data(&self, nuisance: usize) -> Option<[f64; 2]> {
+        let precision = if self.has_prior[nuisance] { 1.0 } else { 0.0 };
+        let [mean, information] = self.solution.without_prior(nuisance, [precision, 0.0])?;
+        Some([mean, self.solution.colour_factor / information.sqrt()])
     }
 }
 
@@ -370,19 +432,23 @@ mod tests {
     use super::*;
 
     /// Two parameters, one of them wrong by 30 tolerances; the data determine both.
-    #[test]
-    fn one_wrong_value_leaves_the_other_at_its_tolerance() {
+    fn one_wrong_of_two() -> JointSolution {
         let information = DMatrix::from_row_slice(2, 2, &[2.0, 1.0, 1.0, 2.0]);
         let of_data = DVector::from_vec(vec![30.0, 0.0]);
         let normal = &information + DMatrix::identity(2, 2);
         let covariance = normal.try_inverse().unwrap();
-        let joint = JointSolution {
+        JointSolution {
             parameter_change: DVector::zeros(0),
             nuisance_parameters: &covariance * (&information * of_data),
             covariance,
             noise: DMatrix::zeros(0, 0),
             colour_factor: 1.0,
-        };
+        }
+    }
+
+    #[test]
+    fn one_wrong_value_leaves_the_other_at_its_tolerance() {
+        let joint = one_wrong_of_two();
         let tailed = joint.with_heavy_tails(&[true, true]);
         let [wrong, right] = [0, 1].map(|k| tailed.nuisance_parameters[k]);
         assert!((28.0..31.0).contains(&wrong), "{wrong}");
@@ -391,6 +457,18 @@ mod tests {
         assert!(tailed.covariance.clone().cholesky().is_some());
         let unchanged = joint.with_heavy_tails(&[false, false]);
         assert_eq!(unchanged.nuisance_parameters, joint.nuisance_parameters);
+    }
+
+    /// With both priors, the data also seem to contradict the right value.
+    #[test]
+    fn a_wrong_value_accuses_no_other() {
+        let joint = one_wrong_of_two();
+        let all = joint.without_contradicted(&[false, false], 3.0);
+        let [[wrong, _], [right, deviation]] = [0, 1].map(|k| all.by_data(k).unwrap());
+        assert!(wrong > 20.0 && right.abs() > 3.0 * deviation.hypot(1.0), "{wrong} {right}");
+        let freed = joint.without_contradicted(&[true, true], 3.0);
+        let [[wrong, _], [right, _]] = [0, 1].map(|k| freed.by_data(k).unwrap());
+        assert!((wrong - 30.0).abs() < 1e-9 && right.abs() < 1e-9, "{wrong} {right}");
     }
 
     /// Chi-squared variable of one degree of freedom, and of many.

@@ -195,7 +195,10 @@ pub const CATALOGUE: &[CatalogueRow] = &[
     CatalogueRow {
         code: Code::PositionScale,
         severity: Explanatory,
-        messages: &["the data fit decisively better with the position of motor N multiplied by …"],
+        messages: &[
+            "the position scale of joint … fits the data best at …",
+            "the data fit decisively better with the position of motor N multiplied by …",
+        ],
         uses: &[Prediction, PhysicalValues, RigidBody],
         meaning: "a gear ratio or the counts of an encoder are wrong",
         remedy: "Check the gear ratio (`transmission.rows`) and the scale of the position",

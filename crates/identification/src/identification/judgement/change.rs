@@ -247,6 +247,14 @@ fn of_nuisance(found: &NuisanceEstimate) -> Option<Change> {
             let [factor, standard_deviation] = found.correction_factor()?;
             Some(Change::KnownTorque { joint, factor, standard_deviation })
         }
+        NuisanceParameter::PositionScale(joint) => {
+            let [factor, standard_deviation] = found.correction_factor()?;
+            Some(Change::PositionScale {
+                axis: SignalAxis::Joint(joint),
+                factor,
+                standard_deviation,
+            })
+        }
         NuisanceParameter::Zero(joint) => {
             let in_si = |value: f64| match quantity.unit == JointKind::Prismatic.position_unit() {
                 true => value,

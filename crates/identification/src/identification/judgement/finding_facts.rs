@@ -146,6 +146,7 @@ impl Reason {
                 }
                 NuisanceParameter::TorqueDelay(_) => Code::TorqueDelay,
                 NuisanceParameter::KnownTorque(_) => Code::KnownTorque,
+                NuisanceParameter::PositionScale(_) => Code::PositionScale,
                 _ => Code::Geometry,
             },
             Self::Extrapolation { .. } => Code::Extrapolation,

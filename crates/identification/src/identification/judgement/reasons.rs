@@ -499,6 +499,8 @@ fn contradicted(f: &mut fmt::Formatter<'_>, found: &NuisanceEstimate) -> fmt::Re
             100.0 * stated,
             match nuisance {
                 NuisanceParameter::KnownTorque(_) => "`known_torque` in the robot's file",
+                NuisanceParameter::PositionScale(_) =>
+                    "the gear ratio and the scale of the position",
                 _ => "the drive's gain and the gear ratio",
             }
         )?,

@@ -26,7 +26,7 @@ use super::model_uncertainty::ModelUncertainty;
 use super::nuisance_parameters::{
     NuisanceColumns, NuisanceEstimate, NuisanceObservation, Observed,
 };
-use crate::identification::problem::IdentificationError;
+use crate::identification::problem::{IdentificationError, Tolerances};
 use crate::regression::{FurtherColumns as _, JointSolution};
 
 /// Smallest residual of a joint, as a share of its torque, for a rigid model with the usual
@@ -86,8 +86,9 @@ impl Uncertainty {
         let of_motion = floors_of_motion(fitted, columns.torque(), &residuals)?;
         drop(residuals);
         let by_alternative = |k: usize| alternative.map_or(0.0, |change| change[k].powi(2));
+        let has_prior = columns.has_prior();
         let combined_by = |solution: &JointSolution| {
-            let tailed = solution.with_heavy_tails(&columns.has_prior());
+            let tailed = solution.with_heavy_tails(&has_prior);
             let after = tailed.covariance.view((own, own), (all - own, all - own));
             let mean_shift = sensitivity * &tailed.nuisance_parameters;
             let spread: DMatrix<f64> = sensitivity * after;
@@ -108,7 +109,9 @@ impl Uncertainty {
             combined = combined.sup(&combined_by(&solved(&of_motion)?));
         }
         let rows = observations.rows_per_joint();
-        let nuisance_parameters = columns.estimates(&products.column_products, rows, &solution);
+        let freed = solution.without_contradicted(&has_prior, Tolerances::CONTRADICTION_DEVIATIONS);
+        let nuisance_parameters =
+            columns.estimates(&products.column_products, rows, &solution, &freed);
         let remaining = observations.residuals(&(parameters + &solution.parameter_change))
             - along.weighted_sum(&solution.nuisance_parameters);
         if let Some(other) = other {

@@ -497,8 +497,8 @@ fn coupling_behind_gains(
     Some(Reason::Alternative { found, setting: None })
 }
 
-/// Returns true for a value of a joint whose motor is coupled differently, or whose drive inertia is
-/// missing in the model.
+/// Returns true for a value of a joint whose motor is coupled differently or has another position
+/// scale, or whose drive inertia is missing in the model.
 fn follows_from(found: &NuisanceEstimate, explanations: &[Reason]) -> bool {
     explanations.iter().any(|reason| match reason {
         Reason::Alternative { found: Alternative::Coupling { motor, joint, .. }, .. } => {
@@ -506,6 +506,10 @@ fn follows_from(found: &NuisanceEstimate, explanations: &[Reason]) -> bool {
         }
         Reason::Alternative { found: Alternative::DriveInertia { joint }, .. } => {
             found.joint == *joint
+        }
+        Reason::Alternative { found: Alternative::PositionScale { motor, .. }, .. } => {
+            let scaled = NuisanceParameter::PositionScale(JointIndex::new(motor.position()));
+            found.nuisance == scaled
         }
         _ => false,
     })

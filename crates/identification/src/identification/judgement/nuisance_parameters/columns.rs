@@ -11,7 +11,7 @@ use crate::identification::observation::{
     InverseDynamics, Motion, MotionGroup, States, regressor_rows,
 };
 use crate::identification::problem::{Context, IdentificationError};
-use crate::regression::JointSolution;
+use crate::regression::{FreedSolution, JointSolution};
 use crate::signal::Group;
 use didim_dynamics::MAX_JOINTS;
 use didim_dynamics::dynamics::Model;
@@ -169,8 +169,8 @@ impl<'a> NuisanceColumns<'a> {
         squares: &[DMatrix<f64>],
         rows: usize,
         solution: &JointSolution,
+        freed: &FreedSolution,
     ) -> Vec<NuisanceEstimate> {
-        let width = solution.parameter_change.len();
         let mut estimates: Vec<NuisanceEstimate> = Vec::new();
         let mut numbers: Vec<NuisanceParameter> = Vec::new();
         for column in &self.columns {
@@ -182,7 +182,8 @@ impl<'a> NuisanceColumns<'a> {
             let columns =
                 || self.columns.iter().enumerate().filter(move |(_, c)| c.nuisance == nuisance);
             let own_part: Vec<usize> = columns().map(|(k, _)| k).collect();
-            let shares = solution.nuisance_parameters.select_rows(&own_part);
+            let own_solution = if nuisance.is_distinct() { &freed.solution } else { solution };
+            let shares = own_solution.nuisance_parameters.select_rows(&own_part);
             let rms = |squares: &DMatrix<f64>| {
                 let part = squares.select_rows(&own_part).select_columns(&own_part);
                 (shares.dot(&(part * &shares)).max(0.0) / rows as f64).sqrt()
@@ -199,15 +200,12 @@ impl<'a> NuisanceColumns<'a> {
             let quantity = columns().next().and_then(|(k, column)| {
                 let (scale, unit) = self.unit(&column.effect)?;
                 let size = column.deviation * scale;
-                // The reported quantity uses the data alone, so the prior is removed from mean and
-                // variance.
-                let variance = solution.covariance[(width + k, width + k)];
-                let identified = 1.0 - variance;
-                (identified > MIN_IDENTIFIABLE).then(|| Quantity {
-                    value: solution.nuisance_parameters[k] / identified * size,
-                    standard_deviation: solution.colour_factor
-                        * (variance / identified).max(0.0).sqrt()
-                        * size,
+                let [mean, deviation] = freed.by_data(k)?;
+                let identified = 1.0 / (1.0 + (deviation / solution.colour_factor).powi(2));
+                let is_proven = nuisance.is_distinct() && freed.is_contradicted(k);
+                (identified > MIN_IDENTIFIABLE || is_proven).then(|| Quantity {
+                    value: mean * size,
+                    standard_deviation: deviation * size,
                     configured: size,
                     unit,
                 })

@@ -119,10 +119,17 @@ impl NuisanceParameter {
         }
     }
 
+    /// Returns true if no error of the model leaves torques like this one, so that the data may
+    /// contradict a value that they determine worse than its tolerance. Friction resembles a delay,
+    /// for example.
+    pub(super) fn is_distinct(self) -> bool {
+        matches!(self, Self::PositionScale(_))
+    }
+
     /// Returns true if other causes leave the same torques as this one, so that no data accuse it:
     /// a base that leans and a torque that depends on the position of joint 1, for example.
     pub(super) fn is_ambiguous(self) -> bool {
-        matches!(self, Self::Mounting(_) | Self::PositionScale(_))
+        matches!(self, Self::Mounting(_))
     }
 }
 
@@ -289,7 +296,8 @@ impl NuisanceEstimate {
 /// Deviation of a quantity from its configured value.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Quantity {
-    /// Deviation according to the data alone, without the prior of this quantity.
+    /// Deviation according to the data alone, without the prior of this quantity and without those
+    /// of the values that the data contradict more.
     #[serde(deserialize_with = "number")]
     #[schemars(with = "Option<f64>")]
     pub value: f64,
