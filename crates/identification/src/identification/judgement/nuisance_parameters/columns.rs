@@ -203,7 +203,7 @@ impl<'a> NuisanceColumns<'a> {
                 let [mean, deviation] = freed.by_data(k)?;
                 let identified = 1.0 / (1.0 + (deviation / solution.colour_factor).powi(2));
                 let is_proven = nuisance.is_distinct() && freed.is_contradicted(k);
-                (identified > MIN_IDENTIFIABLE || is_proven).then(|| Quantity {
+                (identified > MIN_IDENTIFIABLE || is_proven).then_some(Quantity {
                     value: mean * size,
                     standard_deviation: deviation * size,
                     configured: size,
