@@ -29,8 +29,7 @@ const ORDER: [(&str, &str); 15] = [
     ("crates/dynamics/src", "simulation control dynamics trajectory robot numeric sample"),
     (
         "crates/identification/src",
-        "identification excitation feasibility regression signal stored_value \
-         parallel",
+        "identification excitation feasibility regression signal stored_value parallel",
     ),
     (
         "crates/identification/src/identification",

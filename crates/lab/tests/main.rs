@@ -8,9 +8,6 @@
 )]
 
 mod faults;
-// As the simulated arm's own tests have them.
-#[path = "../../../sim-fixtures/tests/common/parallel.rs"]
-mod parallel;
 #[path = "../../../src/seeds.rs"]
 mod seeds;
 #[allow(dead_code, reason = "not all of it is wanted here")]

@@ -2,10 +2,12 @@
 
 use std::fmt::Write as _;
 
+use didim::threads::Threads;
+use didim_identification::parallel::map;
+
 use super::bench::{Assembled, BASE, assemble, cell, identify, replay};
 use super::file::{Expected, FaultFile};
 use super::outcome::Outcome;
-use crate::parallel::in_parallel;
 
 /// So many combined uncertainties from the truth a parameter may be that is called good.
 pub(super) const FARTHEST: f64 = 5.0;
@@ -27,7 +29,7 @@ fn every_fault_comes_to_what_was_stated() {
         file.expected.is_some() && only.as_ref().is_none_or(|only| file.name == *only)
     };
     let executed: Vec<&FaultFile> = files.iter().filter(wanted).collect();
-    let outcomes = in_parallel(executed.len(), |index| execute(executed[index]));
+    let outcomes = map(&Threads::ALL, executed.len(), |index| execute(executed[index]));
     let mut wrong = String::new();
     for Found { name, line, wrong: of_fault } in &outcomes {
         println!("{name}: {line}");

@@ -4,6 +4,8 @@
 
 use std::ops::Range;
 
+use didim::threads::Threads;
+use didim_identification::parallel::map;
 use didim_sim::fault_injection::InjectedFault;
 use didim_sim::tx40_paper;
 
@@ -11,7 +13,6 @@ use super::bench::{Bench, assemble, cell, replay};
 use super::draw::Draw;
 use super::executed::FARTHEST;
 use super::file::BusOf;
-use crate::parallel::in_parallel;
 use crate::seeds::seeds;
 
 /// In every test; `DIDIM_SEEDS=7` or `DIDIM_SEEDS=1000..6000` is for others.
@@ -32,7 +33,7 @@ struct Run {
 fn nothing_wrong_is_called_good_whatever_hurts_the_record() {
     let seeds = seeds(SEEDS);
     let count = usize::try_from(seeds.end - seeds.start).unwrap();
-    let runs = in_parallel(count, |index| run(seeds.start + index as u64));
+    let runs = map(&Threads::ALL, count, |index| run(seeds.start + index as u64));
     let mut wrong = Vec::new();
     for Run { seed, faults: fault_list, classes, farthest } in &runs {
         let (name, off) = farthest.as_ref().map_or(("", 0.0), |(name, off)| (name.as_str(), *off));
