@@ -404,10 +404,14 @@ fn columns_of_a_table_get_the_values_that_the_data_ask_for() {
     assert_corrected(&cell, &table, "wrong-signs-of-joint", "data.torque.sign[4]", 1.0);
     fs::write(&cell, data([", zero = [0, 1.9, 0, 0, 0, 0]", newton_metres])).unwrap();
     assert_zero_corrected(&cell, &table, "data.position.zero[2]");
-    // A gear ratio of the elbow that is a quarter too large.
-    let factor = ", factor = [1.0, 1.0, 1.25, 1.0, 1.0, 1.0]";
-    fs::write(&cell, data([factor, newton_metres])).unwrap();
-    assert_corrected(&cell, &table, "position-scale", "data.position.factor[3]", 1.0);
+    // Gear ratios that are too large: another reading of the signal, and a contradicted value.
+    for (factor, key) in [
+        ("[1.0, 1.0, 1.25, 1.0, 1.0, 1.0]", "data.position.factor[3]"),
+        ("[1.0, 1.1, 1.0, 1.0, 1.0, 1.0]", "data.position.factor[2]"),
+    ] {
+        fs::write(&cell, data([&format!(", factor = {factor}"), newton_metres])).unwrap();
+        assert_corrected(&cell, &table, "position-scale", key, 1.0);
+    }
 
     // A column whose scale no key has had: there is one to add.
     let text = fs::read_to_string(&table).unwrap();
