@@ -361,10 +361,10 @@ fn best(refit: &Refit<'_>, logged: &Experiment) -> Option<Best> {
     let mut screen = Screen::new(refit)?;
     let groups = bank(&refit.context, &screen.ranges());
     let count = groups.iter().map(|of| of.constants.len().max(1)).sum::<usize>();
-    let finalists = finalists(&mut screen, &groups, &torques)?;
-    let mut fitted: Vec<Fitted> =
+    let mut finalists = finalists(&mut screen, &groups, &torques)?;
+    finalists.extend(low_pass_of_all_signals(refit, &screen, &torques));
+    let fitted: Vec<Fitted> =
         finalists.into_iter().map(|of| of.fit(refit, logged, &torques)).collect();
-    fitted.extend(low_pass_of_all_signals(refit, logged, &torques));
     // A lag is a matter of degree. The others are there or not.
     let is_late = |of: &Alternative| matches!(of, Alternative::Late { .. });
     let rows = refit.context.samples.len() as f64;
@@ -411,30 +411,38 @@ fn named<'c>(
     (!is_rivalled).then_some(if is_simpler { simplest } else { first })
 }
 
-/// Returns the best low-pass of all signals. The screening cannot judge it, because its rows are
-/// not filtered. It needs a residual at every joint. Time constants shorter than the time between
-/// rows change too little.
+/// Returns the best low-pass of all signals, as a finalist of its own: it needs rows that are
+/// filtered, and a residual at every joint. Time constants shorter than the time between rows
+/// change too little.
 fn low_pass_of_all_signals(
     refit: &Refit<'_>,
-    logged: &Experiment,
+    screen: &Screen<'_, '_>,
     torques: &DivisorTorques,
-) -> Option<Fitted> {
+) -> Option<Finalist> {
     let mut residuals = refit.joints.iter().flatten();
     if residuals.any(|residual| residual.relative_error < MATTERS) {
         return None;
     }
-    let squares = relative_squares(refit);
-    let fitted = |value| {
+    let motion = screen.filtered_motion(&refit.motion)?;
+    let low_pass = |value| {
         let time_s = Chosen { value, standard_deviation: 0.0 };
         let (motor, signal, lag) = (None, Signal::Both, Lag::LowPass);
-        let alternative = Alternative::Late { motor, signal, lag, time_s };
-        let squares = [squares.clone(), squares.clone()];
-        Finalist { alternative, is_inside: true, squares }.fit(refit, logged, torques)
+        Alternative::Late { motor, signal, lag, time_s }
+    };
+    let before = screen.without_low_pass(&low_pass(0.0), &motion)?;
+    let screened = |time_s| {
+        let alternative = low_pass(time_s);
+        let squares = [before.clone(), screen.without_low_pass(&alternative, &motion)?];
+        Some(Finalist { alternative, is_inside: true, squares })
     };
     let lags = lag_times(&refit.context).into_iter();
     let longer = lags.filter(|lag| lag * refit.context.rows_hz() >= 1.0);
-    let gain = |of: &Fitted| sum_of_gains(&of.squares);
-    longer.map(fitted).max_by(|one, other| gain(one).total_cmp(&gain(other)))
+    let gain = |of: &Finalist| sum_of_gains(&of.squares);
+    let best =
+        longer.filter_map(screened).max_by(|one, other| gain(one).total_cmp(&gain(other)))?;
+    let [before, after] = &best.squares;
+    let may_explain = !torques.explained([before, after], MAY_LEAVE, MAY_MATTER).is_empty();
+    (gain(&best) > 0.0 && may_explain).then_some(best)
 }
 
 /// Alternative that passed the screening.

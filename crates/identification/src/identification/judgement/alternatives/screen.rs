@@ -147,6 +147,38 @@ impl<'s, 'a> Screen<'s, 'a> {
         self.last_corrected.as_mut()?.1.relative_squares(&torque, &weights)
     }
 
+    /// Returns the motion through the filter of the rows, at all rows: position, velocity and
+    /// acceleration (rows × joints each).
+    pub(super) fn filtered_motion(&self, motion: &Motion) -> Option<[DMatrix<f64>; 3]> {
+        let (rows, joints) = (self.motor_torque.nrows(), self.motor_torque.ncols());
+        let mut filtered = motion.matrices();
+        for of in &mut filtered {
+            let values = self.context.rows_of(of, "motion").ok()?;
+            *of = DMatrix::from_column_slice(rows, joints, values.as_slice());
+        }
+        Some(filtered)
+    }
+
+    /// Returns the same as [`Self::with`] for a low-pass of all signals. Undone, it amplifies what
+    /// the filter of the rows removes, so that the motion is the filtered one.
+    pub(super) fn without_low_pass(
+        &self,
+        alternative: &Alternative,
+        filtered_motion: &[DMatrix<f64>; 3],
+    ) -> Option<Vec<f64>> {
+        let Alternative::Late { lag, time_s, .. } = alternative else { return None };
+        let rows = time_s.value * self.context.rows_hz();
+        let [q, dq, ddq] = filtered_motion.each_ref().map(|of| {
+            let columns = of.column_iter().map(|column| self.shifted(&column, *lag, rows, false));
+            let picked = columns.flat_map(|all| self.picked_rows.iter().map(move |row| all[*row]));
+            DMatrix::from_iterator(self.picked_rows.len(), of.ncols(), picked)
+        });
+        let motion = Motion::from_matrices(q, dq, ddq);
+        let columns = self.context.selection.columns();
+        let mut rows = Rows::new(self.context, &self.context.model, columns, &motion)?;
+        rows.relative_squares(&self.corrected_torque(alternative), &self.weights)
+    }
+
     /// Returns the selected columns, and those that another gravity makes identifiable.
     fn all_columns(&self) -> Vec<usize> {
         let find = |name: &String| self.context.robot.parameters().find(name);
@@ -212,11 +244,7 @@ impl<'s, 'a> Screen<'s, 'a> {
             let is_position = *signal == Signal::Position;
             let rows = time_s.value * self.context.rows_hz();
             for motor in alternative.late_motors(*signal, motors.ncols()) {
-                let column = self.motor_torque.column(motor);
-                let of_segment = |segment: &Range<usize>| {
-                    shifted(&column.rows_range(segment.clone()), *lag, rows, is_position)
-                };
-                let late: Vec<f64> = self.segments.iter().flat_map(of_segment).collect();
+                let late = self.shifted(&self.motor_torque.column(motor), *lag, rows, is_position);
                 for (to, row) in motors.column_mut(motor).iter_mut().zip(&self.picked_rows) {
                     *to = late[*row];
                 }
@@ -224,6 +252,19 @@ impl<'s, 'a> Screen<'s, 'a> {
         }
         to_joint_torques(&mut motors, transmission);
         motors
+    }
+
+    /// Returns a signal of all rows without a lag of some rows, or with it.
+    fn shifted(
+        &self,
+        signal: &DVectorView<'_, f64>,
+        lag: Lag,
+        rows: f64,
+        is_added: bool,
+    ) -> Vec<f64> {
+        let of_segment =
+            |of: &Range<usize>| shifted(&signal.rows_range(of.clone()), lag, rows, is_added);
+        self.segments.iter().flat_map(of_segment).collect()
     }
 }
 
