@@ -86,6 +86,13 @@ pub enum TableError {
         /// The unit that the cell, or the name `time_s`, states.
         configured: &'static str,
     },
+    /// A file of no text and no known format: take a table, or read a recording with its bus.
+    #[error("{}: a binary file, not a table; name a table (CSV, Parquet), or give a recording of a \
+        bus the layout of its bus", file.display())]
+    Binary {
+        /// The file.
+        file: PathBuf,
+    },
     /// A text that is not UTF-8: write the file as UTF-8.
     #[error("{}: line {line} is no UTF-8 text; write the file as UTF-8 (a spreadsheet has \"CSV \
         UTF-8\")", file.display())]

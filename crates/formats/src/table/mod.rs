@@ -149,6 +149,8 @@ fn open(path: &Path, columns: Option<&Columns>) -> Result<Box<dyn Source>, Table
         Box::new(BufReader::new(MultiGzDecoder::new(file)))
     } else if let Some(encoding) = utf16_encoding(begin) {
         Box::new(Utf16Reader::new(file, encoding))
+    } else if begin.split(|byte| *byte == b'\n').next().is_some_and(|line| line.contains(&0)) {
+        return Err(TableError::Binary { file: path.to_path_buf() });
     } else {
         Box::new(file)
     };
@@ -810,6 +812,16 @@ mod tests {
         std::fs::write(&path, units.flat_map(u16::to_le_bytes).collect::<Vec<u8>>()).unwrap();
         let wide = read_table(&path, Some(100.0), 100.0, Some(&columns)).unwrap();
         assert_eq!(wide.segments, record.segments);
+    }
+
+    /// The first bytes of a packet capture.
+    #[test]
+    fn a_binary_file_is_no_table() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("x.pcap");
+        std::fs::write(&path, b"\xd4\xc3\xb2\xa1\x02\0\x04\0\0\0t,q,tau\n").unwrap();
+        let error = list_table(&path).unwrap_err();
+        assert!(matches!(error, TableError::Binary { .. }), "{error}");
     }
 
     /// States of 125 Hz in rows of 500 Hz, and stamps of two decimals.
