@@ -79,6 +79,10 @@ impl DataChoices {
             // the data.
             estimate.verdict.notes.retain(|note| !note.is_about_friction_laws());
         }
+        if self.cutoff.is_some() {
+            // Other cut-offs were tried, and predict worse.
+            estimate.verdict.notes.retain(|note| !note.is_about_cutoff());
+        }
         estimate.position_cutoff.clone_from(&self.cutoff);
         estimate.friction.clone_from(&self.friction);
     }

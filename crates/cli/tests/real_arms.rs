@@ -712,6 +712,15 @@ fn the_cut_off_chosen_by_a_kr300_goes_with_the_result() {
     assert!(held_out(rest[0]) <= 1.01 * least);
     assert!((figure(&found["held_out"], "relative_error") - held_out(rest[0])).abs() < 1e-12);
     assert!(text.contains(&format!("position_filter = {{ cutoff_hz = {chosen:?} }}")), "{text}");
+    // Nothing asks for a higher cut-off: those were tried.
+    assert!(
+        figure(&found["position_bias"], "deviations").abs() > 3.0,
+        "{}",
+        found["position_bias"]
+    );
+    let findings = found["verdict"]["findings"].as_array().unwrap();
+    let is_about_cutoff = |of: &Value| of["code"] == "filter-bias" || of["code"] == "noise-bias";
+    assert!(!findings.is_empty() && !findings.iter().any(is_about_cutoff), "{findings:?}");
 
     let result = place.path().join("result.json");
     std::fs::write(&result, found.to_string()).unwrap();

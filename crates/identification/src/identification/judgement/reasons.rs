@@ -532,6 +532,11 @@ impl Note {
         let Self::ModelError { nuisance, .. } = self else { return false };
         nuisance.nuisance.is_friction()
     }
+
+    /// True if the note asks for another cut-off of the position filter.
+    pub fn is_about_cutoff(&self) -> bool {
+        matches!(self, Self::PositionBias { .. })
+    }
 }
 
 /// Writes the content that recorded torques lack, and the parameters that are not identifiable
