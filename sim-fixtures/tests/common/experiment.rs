@@ -90,7 +90,12 @@ pub(crate) fn regression(parameters: Option<Vec<String>>, cutoff_hz: f64) -> Opt
 /// The paper's settings but for the cut-off of the position filter, 50 Hz there: its 28 parameters,
 /// one row in 125, and the controller that this scenario has.
 pub(crate) fn loop_options(described: &Scenario, cutoff_hz: f64, start: Start) -> Options {
-    let mut options = regression(Some(listed(described)), cutoff_hz);
+    let options = regression(Some(listed(described)), cutoff_hz);
+    with_loop(options, described, start)
+}
+
+/// These options with the controller and the solver of a scenario.
+pub(crate) fn with_loop(mut options: Options, described: &Scenario, start: Start) -> Options {
     options.controller = Some(SimulatedController::Cabinet {
         timing: described.controller().timing,
         joints: described.controller().joints.clone(),

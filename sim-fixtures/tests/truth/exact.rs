@@ -3,13 +3,14 @@
 use std::collections::BTreeSet;
 
 use didim_dynamics::dynamics::{BaseParameters, Model};
+use didim_dynamics::robot::Robot;
 use didim_dynamics::simulation::NoiseConfig;
 use didim_identification::identification::{
     Estimate, FindingCode, IdentificationError, Method, Start, identify,
 };
-use didim_sim::{Scenario, tx40_physical};
+use didim_sim::Scenario;
 
-use crate::common::experiment::{MOTIONS, experiment, loop_options, on_motion};
+use crate::common::experiment::{MOTIONS, experiment, listed, on_motion, regression, with_loop};
 use crate::common::parallel::in_parallel;
 use crate::common::table::{Column, Table, writing};
 
@@ -45,8 +46,45 @@ const NOISES: [Noise; 7] = [
     },
 ];
 
-/// Arms whose model and configuration are exact.
-const ARMS: [&str; 2] = ["TX40, 28", "TX40, 60"];
+/// An arm whose model and configuration are exact.
+struct Arm {
+    name: &'static str,
+    /// Scenario and robot file, with all base parameters. Without them the paper's arm with its
+    /// essential parameters.
+    files: Option<(&'static str, &'static str)>,
+}
+
+const ARMS: [Arm; 5] = [
+    Arm { name: "TX40, 28", files: None },
+    Arm {
+        name: "TX40, 60",
+        files: Some((
+            include_str!("../../scenarios/tx40-physical.toml"),
+            include_str!("../../../config/robots/tx40-physical.toml"),
+        )),
+    },
+    Arm {
+        name: "UR5e",
+        files: Some((
+            include_str!("../../scenarios/ur5e.toml"),
+            include_str!("../../../config/robots/ur5e.toml"),
+        )),
+    },
+    Arm {
+        name: "PiPER",
+        files: Some((
+            include_str!("../../scenarios/piper.toml"),
+            include_str!("../../../config/robots/piper.toml"),
+        )),
+    },
+    Arm {
+        name: "OpenArm",
+        files: Some((
+            include_str!("../../scenarios/openarm.toml"),
+            include_str!("../../../config/robots/openarm.toml"),
+        )),
+    },
+];
 
 /// Returns true for a finding that names a cause: a wrong value, signal or law. The others are
 /// figures beyond their limits, checks that did not run, and properties of the method, the filters
@@ -79,14 +117,16 @@ fn accuses(code: FindingCode) -> bool {
     )
 }
 
-/// Returns the exact scenario of an arm. The robot file has the truth as nominal parameters.
-fn scenario_of(arm: &str, seed: u64) -> Scenario {
-    match arm {
-        "TX40, 28" => {
+/// Returns the exact scenario of an arm. Its robot has the truth as nominal parameters.
+fn scenario_of(arm: &Arm, seed: u64) -> Scenario {
+    match arm.files {
+        Some((scenario, robot)) => {
+            Scenario::from_toml(scenario, Robot::from_toml(robot).unwrap()).unwrap()
+        }
+        None => {
             let place = usize::try_from(seed - 1).unwrap() % MOTIONS.len();
             on_motion(MOTIONS[place])
         }
-        _ => tx40_physical().unwrap(),
     }
 }
 
@@ -111,15 +151,16 @@ fn with_noise(scenario: Scenario, noise: &Noise, seed: u64) -> Scenario {
 
 /// Identifies an exact arm.
 fn estimated(
-    (arm, noise, seed): (&str, &Noise, u64),
+    (arm, noise, seed): (&Arm, &Noise, u64),
     method: Method,
 ) -> Result<Estimate, IdentificationError> {
     let scenario = with_noise(scenario_of(arm, seed), noise, seed);
     let base = BaseParameters::compute(&Model::new(scenario.robot())).unwrap();
-    let mut options = loop_options(&scenario, 200.0, Start::IdimLs);
-    if arm == "TX40, 60" {
-        options.parameters = Some(base.names().to_vec());
-    }
+    let parameters = match arm.files {
+        Some(_) => base.names().to_vec(),
+        None => listed(&scenario),
+    };
+    let options = with_loop(regression(Some(parameters), 200.0), &scenario, Start::IdimLs);
     let experiment = experiment(&scenario);
     identify(method, scenario.robot(), &base, &experiment, &options).map(|found| found.estimate)
 }
@@ -135,14 +176,14 @@ fn accusations(
 }
 
 /// One result: arm, noise, method and seed.
-type Case = (&'static str, &'static Noise, Method, u64);
+type Case = (&'static Arm, &'static Noise, Method, u64);
 
-fn cases(arms: &[&'static str], noises: &[&'static Noise], seeds: u64) -> Vec<Case> {
+fn cases(arms: &'static [Arm], noises: &[&'static Noise], seeds: u64) -> Vec<Case> {
     let mut cases = Vec::new();
     for arm in arms {
         for noise in noises {
             for method in Method::ALL {
-                cases.extend((1..=seeds).map(|seed| (*arm, *noise, method, seed)));
+                cases.extend((1..=seeds).map(|seed| (arm, *noise, method, seed)));
             }
         }
     }
@@ -160,7 +201,7 @@ fn an_exact_model_accuses_nothing() {
     let outcomes = in_parallel(cases.len(), |index| {
         let (arm, noise, method, seed) = cases[index];
         let outcome = accusations(estimated((arm, noise, seed), method));
-        println!("{arm}, {}, {}, seed {seed}: {outcome:?}", noise.name, method.name());
+        println!("{}, {}, {}, seed {seed}: {outcome:?}", arm.name, noise.name, method.name());
         outcome
     });
     let judged: Vec<_> = outcomes.iter().flatten().collect();
@@ -176,9 +217,9 @@ fn an_exact_model_accuses_nothing() {
 /// Returns a row for each arm and noise.
 fn table(cases: &[Case], outcomes: &[Result<BTreeSet<&'static str>, String>]) -> Table {
     let mut rows = Vec::new();
-    for arm in ARMS {
+    for arm in &ARMS {
         for noise in &NOISES {
-            let is_own = |of: &Case| of.0 == arm && of.1.name == noise.name;
+            let is_own = |of: &Case| of.0.name == arm.name && of.1.name == noise.name;
             let own: Vec<_> = cases.iter().zip(outcomes).filter(|(of, _)| is_own(of)).collect();
             let judged: Vec<_> = own.iter().filter_map(|(_, of)| of.as_ref().ok()).collect();
             let accused = judged.iter().filter(|codes| !codes.is_empty()).count();
@@ -191,7 +232,7 @@ fn table(cases: &[Case], outcomes: &[Result<BTreeSet<&'static str>, String>]) ->
                 false => of.into_iter().collect::<Vec<_>>().join(", "),
             };
             rows.push(vec![
-                arm.to_owned(),
+                arm.name.to_owned(),
                 noise.name.to_owned(),
                 judged.len().to_string(),
                 accused.to_string(),
