@@ -103,12 +103,12 @@ impl ModelUncertainty {
     ) -> Self {
         Self {
             observed: columns.observed().clone(),
-            deviations: columns.deviations(),
+            deviations: columns.deviations().into_iter().map(rounded).collect(),
             mean: solution
                 .parameter_change
                 .iter()
                 .chain(&solution.nuisance_parameters)
-                .copied()
+                .map(|value| rounded(*value))
                 .collect(),
             covariance_factor: ScaledRows::factor_of(&solution.covariance),
             sensitivity: ScaledRows::from_matrix(sensitivity),
@@ -288,9 +288,23 @@ impl ModelUncertainty {
     }
 }
 
+/// Rounds to seven significant digits. The covariance has five.
+fn rounded(value: f64) -> f64 {
+    format!("{value:.6e}").parse().unwrap_or(value)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_rounded_value_has_seven_digits() {
+        for (value, expected) in
+            [(-1.234_567_89e-7, -1.234_568e-7), (0.0, 0.0), (f64::INFINITY, f64::INFINITY)]
+        {
+            assert!(rounded(value).total_cmp(&expected).is_eq(), "{value}");
+        }
+    }
 
     /// Returns a result with one parameter, which a unit of each nuisance parameter moves by `k`.
     /// Each nuisance parameter is known as 2 ± 2.
