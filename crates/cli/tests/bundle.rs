@@ -59,6 +59,57 @@ fn a_replay_of_a_bundle_gives_the_result_of_its_recording() {
     assert_eq!(results(&first), results(&second));
 }
 
+/// The whole history: the newest lines, the days and the compressed lines; and no secret, though
+/// the folder of the results has one.
+#[test]
+fn a_bundle_has_the_complete_history_and_nothing_else_of_the_folder() {
+    let folder = tempfile::Builder::new().prefix("didim-").tempdir().unwrap();
+    let state = folder.path().join("state");
+    fs::create_dir(&state).unwrap();
+    let line = format!("{{\"days\":\"{}\"}}\n", "0".repeat(1000));
+    let history = [
+        ("history.jsonl", "newest\n".to_owned()),
+        ("history-days.jsonl", line.repeat(6 << 10)),
+        ("history-00000003.jsonl.zst", "compressed".to_owned()),
+    ];
+    let events = "event\n".repeat(1 << 20);
+    let others = [("password", "secret".to_owned()), ("events.jsonl", events)];
+    for (name, content) in history.iter().chain(&others) {
+        fs::write(state.join(name), content).unwrap();
+    }
+    let bundle = folder.path().join("arm.tar.zst");
+    let said = succeed(&[
+        &"bundle",
+        &bundle,
+        &"--cell",
+        &repository(CELL),
+        &"--state",
+        &state,
+        &"--runtime",
+        &folder.path(),
+    ]);
+    assert!(
+        said.contains("without the beginning of events.jsonl: it has more than 4 MB"),
+        "{said}"
+    );
+    let unpacked = folder.path().join("unpacked");
+    fs::create_dir(&unpacked).unwrap();
+    unpack(&bundle, &unpacked);
+    for (name, content) in &history {
+        assert!(fs::read_to_string(unpacked.join(name)).unwrap() == *content, "{name}");
+    }
+    let mut names: Vec<String> = fs::read_dir(&unpacked)
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort_unstable();
+    let history = history.map(|(name, _)| name);
+    let mut expected = ["bundle.json", "configuration", "events.jsonl"].to_vec();
+    expected.extend(history);
+    expected.sort_unstable();
+    assert_eq!(names, expected);
+}
+
 fn unpack(bundle: &Path, folder: &Path) {
     let file = fs::File::open(bundle).unwrap();
     let decoder = ruzstd::decoding::StreamingDecoder::new(file).unwrap();

@@ -13,12 +13,12 @@ mod summary;
 
 pub(crate) use day::day_rows;
 pub use day::{MeanPart, WeightedMean};
-pub use file::{HistoryError, for_each_day, for_each_line, read_history};
+pub use file::{HistoryError, for_each_day, for_each_line, history_parts, read_history};
 pub use follow::{HistoryFollower, HistoryMark};
 pub use line::{HISTORY_SCHEMA, HistoryLine, ParameterValue};
 pub use summary::{AlarmCheckpoint, AlarmState, DaySummary};
 
-pub(super) use file::{HistoryFile, history_parts, is_history_file, write_parsed_lines};
+pub(super) use file::{HistoryFile, is_history_file, write_parsed_lines};
 
 /// Number of results that stay in the history with a line of their own, however old they are. It
 /// covers more than five years at one result per day.

@@ -23,7 +23,7 @@ pub(crate) use history::day_rows;
 pub use history::{
     AlarmCheckpoint, AlarmState, DaySummary, HISTORY_SCHEMA, HistoryError, HistoryFollower,
     HistoryLine, HistoryMark, MeanPart, ParameterValue, WeightedMean, for_each_day, for_each_line,
-    read_history,
+    history_parts, read_history,
 };
 pub use load::{FoundLoad, LoadChange, mass_text};
 pub use model_context::{KeptValue, ModelContext, read_known};

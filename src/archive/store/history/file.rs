@@ -126,8 +126,12 @@ pub(in crate::archive::store) fn is_history_file(name: &str) -> bool {
     name == FILE_NAME || name == days::FILE_NAME || is_segment(name)
 }
 
-/// Returns the paths of the parts of the history, except the file of the newest lines.
-pub(in crate::archive::store) fn history_parts(folder: &Path) -> io::Result<Vec<PathBuf>> {
+/// Returns the paths of the parts of the history, except the file of the newest lines: the days,
+/// and compressed lines, the oldest first.
+///
+/// # Errors
+/// Those of the file system.
+pub fn history_parts(folder: &Path) -> io::Result<Vec<PathBuf>> {
     let days = Some(folder.join(days::FILE_NAME)).filter(|path| path.exists());
     let segments = segment_numbers(folder)?;
     let segments = segments.into_iter().map(|number| segment_path(folder, number));

@@ -13,13 +13,15 @@ use crate::names::DEFAULT_CELL;
 use crate::output::{check_outputs, print, write_whole};
 use crate::stream::InputFileOrStream;
 use didim::archive::events::EventSource;
-use didim::archive::store::result_file;
+use didim::archive::store::{history_parts, result_file};
 use didim::cell::{Cell, Library, ServiceSection};
 use didim::service::paths::Paths;
 use didim::service::status::fetch_snapshot;
 
 /// Maximum size of a text in a bundle \[bytes\]. The end of a longer one is packed.
 const MAX_TEXT: u64 = 4 << 20;
+/// Maximum size of a part of the history \[bytes\]. Ten years of 3,000 results a day have 55 MB.
+const MAX_HISTORY: u64 = 64 << 20;
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
@@ -117,15 +119,27 @@ fn add_service(
     let parts = [
         ("events.jsonl", EventSource::Service.file_in(state)),
         ("events-acquisition.jsonl", EventSource::Acquisition.file_in(state)),
-        ("history.jsonl", state.join("history.jsonl")),
         ("baseline.json", state.join("baseline.json")),
         ("result.json", result),
     ];
     for (name, path) in parts {
-        let content = read_end(&path, MAX_TEXT);
-        bundle.add_or_explain(name, content.map_err(|error| error.to_string()));
+        add_end(bundle, name, &path, MAX_TEXT);
+    }
+    add_end(bundle, "history.jsonl", &state.join("history.jsonl"), MAX_HISTORY);
+    for path in history_parts(state).unwrap_or_default() {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        add_end(bundle, &name, &path, MAX_HISTORY);
     }
     Ok(())
+}
+
+/// Adds a file, or its end if it is longer than `limit`.
+fn add_end(bundle: &mut Bundle, name: &str, path: &Path, limit: u64) {
+    if fs::metadata(path).is_ok_and(|file| file.len() > limit) {
+        let part = format!("the beginning of {name}");
+        bundle.contents.left_out.push((part, format!("it has more than {} MB", limit >> 20)));
+    }
+    bundle.add_or_explain(name, read_end(path, limit).map_err(|error| error.to_string()));
 }
 
 /// Reads a file. If it is longer than `limit`, only its end, from the beginning of a line.
