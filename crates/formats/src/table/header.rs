@@ -157,7 +157,7 @@ fn parse_name(name: &str) -> Option<(Option<Side>, Column)> {
     let quantity = Quantity::ALL.into_iter().find(|q| q.column_stem() == stem)?;
     let axis: usize = number.parse().ok()?;
     let is_axis = (1..=didim_dynamics::MAX_JOINTS).contains(&axis);
-    is_axis.then_some((Some(side), Column::Signal(quantity, axis - 1)))
+    is_axis.then(|| (Some(side), Column::Signal(quantity, axis - 1)))
 }
 
 /// Returns the name of didim's own column.
