@@ -299,7 +299,9 @@ impl Note {
                 Facts::about(Subject::Joints(joints.iter().map(|(joint, _)| *joint).collect()))
             }
             Self::ModelError { nuisance, .. } => {
-                Facts::of_joint(nuisance.joint, nuisance.relative_torque, "1")
+                let joint = || Subject::Joints(vec![nuisance.joint]);
+                let subject = subject_of(nuisance.nuisance).unwrap_or_else(joint);
+                Facts::new(Some(subject), nuisance.relative_torque, "1")
             }
             Self::FarFromNominal { far } => {
                 Facts::new(Some(Subject::Links(vec![far.link])), far.distance_nats, "1")
@@ -328,15 +330,52 @@ fn clipped(found: &ClippedSignal) -> Facts {
     Facts::new(Some(Subject::Motors(vec![found.motor])), found.share, "1")
 }
 
+/// Returns the joints or the motor of a nuisance parameter. `None` if it belongs to the whole arm.
+fn subject_of(nuisance: NuisanceParameter) -> Option<Subject> {
+    use NuisanceParameter as Of;
+    match nuisance {
+        Of::JointFriction(joint)
+        | Of::TorqueGain(joint)
+        | Of::TorqueDelay(joint)
+        | Of::Zero(joint)
+        | Of::Twist(joint)
+        | Of::Distance(joint)
+        | Of::Offset(joint)
+        | Of::PositionScale(joint)
+        | Of::PositionTorque(joint)
+        | Of::KnownTorque(joint) => Some(Subject::Joints(vec![joint])),
+        Of::Coupling { joint, neighbour } => Some(Subject::Joints(vec![joint, neighbour])),
+        Of::MotorFriction(motor) => Some(Subject::Motors(vec![motor])),
+        Of::CommonGain | Of::Mounting(_) | Of::LeftOutParameters => None,
+    }
+}
+
 /// Returns the correction of a configured value: a factor, or an offset in the unit of the
 /// quantity.
 fn correction(found: &NuisanceEstimate) -> Facts {
-    // The gain of all joints is about none of them.
-    let is_common = found.nuisance == NuisanceParameter::CommonGain;
-    let subject = (!is_common).then(|| Subject::Joints(vec![found.joint]));
+    let subject = subject_of(found.nuisance);
     match (found.correction_factor(), found.quantity) {
         (Some([factor, _]), _) => Facts::new(subject, factor, "1"),
         (None, Some(of)) => Facts::new(subject, of.value, of.unit),
         (None, None) => Facts { subject, ..Facts::default() },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use didim_dynamics::robot::MotorIndex;
+
+    use super::super::nuisance_parameters::BaseAxis;
+    use super::*;
+
+    #[test]
+    fn a_finding_is_about_the_joint_of_its_value() {
+        let joint = JointIndex::new(1);
+        let scale = subject_of(NuisanceParameter::PositionScale(joint));
+        assert_eq!(scale, Some(Subject::Joints(vec![joint])));
+        let motor = MotorIndex::new(5);
+        let friction = subject_of(NuisanceParameter::MotorFriction(motor));
+        assert_eq!(friction, Some(Subject::Motors(vec![motor])));
+        assert_eq!(subject_of(NuisanceParameter::Mounting(BaseAxis::X)), None);
     }
 }
