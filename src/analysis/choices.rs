@@ -80,7 +80,7 @@ impl DataChoices {
             estimate.verdict.notes.retain(|note| !note.is_about_friction_laws());
         }
         if self.cutoff.is_some() {
-            // Other cut-offs were tried, and predict worse.
+            // None of the others predicts better by more than the tolerance of the choice.
             estimate.verdict.notes.retain(|note| !note.is_about_cutoff());
         }
         estimate.position_cutoff.clone_from(&self.cutoff);

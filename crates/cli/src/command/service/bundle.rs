@@ -126,7 +126,11 @@ fn add_service(
         add_end(bundle, name, &path, MAX_TEXT);
     }
     add_end(bundle, "history.jsonl", &state.join("history.jsonl"), MAX_HISTORY);
-    for path in history_parts(state).unwrap_or_default() {
+    let parts = history_parts(state).unwrap_or_else(|error| {
+        bundle.contents.left_out.push(("earlier history".to_owned(), error.to_string()));
+        Vec::new()
+    });
+    for path in parts {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         add_end(bundle, &name, &path, MAX_HISTORY);
     }
