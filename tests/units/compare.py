@@ -50,29 +50,28 @@ def main():
     for pair in pairs:
         name, cell = pair.split(":")
         unit = Path(f"config/systemd/{name}.service").read_text()
-        lines = [
-            re.sub(r"^\d+ +", "", line)
-            for line in (work / f"{name}.trace").read_text(errors="replace").splitlines()
-        ]
-        calls = {m[1] for m in (re.match(r"([a-z_0-9]+)\(", line) for line in lines) if m}
-        assert {"execve", "exit_group", "ppoll", "rename"} & calls, f"{name}: no trace"
-
-        families, written, both = set(), set(), []
+        calls, families, written, both = set(), set(), set(), set()
         folders = (str(work / cell / "state"), str(work / cell / "run"), "/dev/shm/", "/dev/null")
-        for line in lines:
-            if m := re.match(r"socket(?:pair)?\((AF_[A-Z0-9]+)", line):
-                families.add(m[1])
-            if m := re.match(r'open(?:at)?\((?:AT_FDCWD, )?"([^"]*)", ([A-Z_|]+)', line):
-                if re.search(r"O_(WRONLY|RDWR|CREAT)", m[2]) and not m[1].startswith(folders):
-                    written.add(m[1])
-            if re.match(r"(mmap|mprotect)\(.*PROT_WRITE\|PROT_EXEC", line):
-                both.append(line)
+        # Line by line: a slow machine makes hundreds of megabytes of them.
+        with open(work / f"{name}.trace", errors="replace") as trace:
+            for line in trace:
+                line = re.sub(r"^\d+ +", "", line)
+                if m := re.match(r"([a-z_0-9]+)\(", line):
+                    calls.add(m[1])
+                if m := re.match(r"socket(?:pair)?\((AF_[A-Z0-9]+)", line):
+                    families.add(m[1])
+                if m := re.match(r'open(?:at)?\((?:AT_FDCWD, )?"([^"]*)", ([A-Z_|]+)', line):
+                    if re.search(r"O_(WRONLY|RDWR|CREAT)", m[2]) and not m[1].startswith(folders):
+                        written.add(m[1])
+                if re.match(r"(mmap|mprotect)\(.*PROT_WRITE\|PROT_EXEC", line):
+                    both.add(line.strip())
+        assert {"execve", "exit_group", "ppoll", "rename"} & calls, f"{name}: no trace"
 
         wrong = {
             "system calls": calls - permitted(unit, resolve),
             "families": families - set(" ".join(setting(unit, "RestrictAddressFamilies")).split()),
             "written outside of its folders": written,
-            "writable and executable": set(both),
+            "writable and executable": both,
         }
         print(f"{name}: {len(calls)} system calls, {' '.join(sorted(families))}: "
               + " ".join(sorted(calls)))
