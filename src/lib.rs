@@ -33,6 +33,9 @@ pub mod archive;
 pub mod cell;
 #[cfg(target_os = "linux")]
 pub mod check;
+#[cfg(test)]
+#[path = "../tests/common/expectation.rs"]
+mod expectation;
 pub mod files;
 pub mod live;
 pub mod proposal;

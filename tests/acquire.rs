@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use crate::common::bus::{assembler, frames, interface};
+use crate::common::expectation::Expectation;
 
 use crate::common::{Network, eventually};
 use didim::cell::Cell;
@@ -366,7 +367,8 @@ fn an_interface_that_is_up_again_is_silent_and_not_down() {
         reasons
     };
     assert_eq!(reasons_after(8), [format!("the interface {} is down", interface())]);
-    assert_eq!(reasons_after(20), ["the bus is silent"]);
+    let says: [String; 1] = Expectation::of("interface-up-and-silent").get("says");
+    assert_eq!(reasons_after(20), says);
 }
 
 /// What becomes of the frames of cycle `k` of a CiA 402 bus at 500 Hz.

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use crate::common::bus::{assembler, frames, interface};
+use crate::common::expectation::Expectation;
 use crate::common::{Network, Process, eventually};
 use didim::archive::ResultOptions;
 use didim::archive::store::{HistoryLine, Timestamp, read_history};
@@ -54,6 +55,7 @@ fn estimation(
             windows: windows(trigger).plan(crate::common::bus::RATE_HZ).unwrap(),
             queue: 1,
             folder: Some(folder.to_owned()),
+            time_limit: Duration::from_secs(60),
             max_results: 100,
             configuration: "c0ffee".into(),
             recorded: None,
@@ -214,13 +216,17 @@ fn a_result_that_the_disk_refuses_is_stored_later_and_in_order() {
     let report = replay(three_motions(), folder.path(), identify);
     let estimation = report.snapshot.estimation.unwrap();
     assert_eq!(estimation.windows_identified, 3);
-    assert!(estimation.windows_rejected.is_empty(), "{:?}", estimation.windows_rejected);
-    assert_eq!((estimation.results_waiting, estimation.results_wait_for), (0, None));
+    let expected = Expectation::of("state-folder-read-only");
+    let rejected = estimation.windows_rejected.values().sum::<u64>();
+    expected.assert_eq("windows_rejected", &rejected);
+    expected.assert_eq("results_waiting", &estimation.results_waiting);
+    assert_eq!(estimation.results_wait_for, None);
     let undisturbed = tempfile::tempdir().unwrap();
     replay(three_motions(), undisturbed.path(), self::identify());
     assert_eq!(results(folder.path()), results(undisturbed.path()));
     let lines = didim::archive::store::read_history(folder.path()).unwrap().0;
-    assert_eq!(lines.iter().map(|line| line.result).collect::<Vec<_>>(), [0, 1, 2]);
+    let numbers: Vec<u64> = expected.get("results");
+    assert!(lines.iter().map(|line| line.result).eq(numbers));
 }
 
 #[test]
@@ -256,7 +262,8 @@ fn a_living_bus_does_not_wait_for_the_identification() {
     let estimation = estimation(&network, trigger, folder.path(), slowly);
     let report = run(&ServiceOptions::default(), Parts::Both(acquisition, estimation)).unwrap();
     let status = report.snapshot.estimation.unwrap();
-    assert!(status.windows_rejected.contains_key("busy"), "{status:?}");
+    let cause: String = Expectation::of("estimator-busy").get("windows_rejected");
+    assert!(status.windows_rejected.contains_key(&cause), "{status:?}");
     assert!(status.windows_identified >= 2, "{status:?}");
     assert_eq!(status.windows_pending, 0);
     let rejected: u64 = status.windows_rejected.values().sum();
@@ -276,6 +283,27 @@ fn a_panic_in_the_identification_ends_the_service_with_an_error() {
 }
 
 #[test]
+fn an_identification_that_does_not_end_ends_the_service_with_an_error() {
+    let folder = tempfile::tempdir().unwrap();
+    let network = Network::new();
+    let (sender, acquisition) = acquisition(&network, Pace::Replay);
+    send(sender, three_motions());
+    let (end, ends) = std::sync::mpsc::channel::<()>();
+    let identify: Identify = Box::new(move |window| {
+        let _ = ends.recv();
+        Ok(IdentifiedWindow { estimate: digest(window) })
+    });
+    let mut estimation = estimation(&network, by_motion(), folder.path(), identify);
+    estimation.options.time_limit = Duration::from_millis(200);
+    let ended = run(&ServiceOptions::default(), Parts::Both(acquisition, estimation));
+    let Err(ServiceError::Estimation(why)) = ended else { panic!("{ended:?}") };
+    let expected = Expectation::of("identification-endless");
+    expected.assert_said(&why.to_string(), &[("limit_s", &0.2)]);
+    assert_eq!(results(folder.path()).len(), expected.get::<usize>("results"));
+    drop(end);
+}
+
+#[test]
 fn a_second_service_of_the_cell_is_refused_and_stops_what_it_had_started() {
     let folder = tempfile::tempdir().unwrap();
     let network = Network::new();
@@ -284,7 +312,8 @@ fn a_second_service_of_the_cell_is_refused_and_stops_what_it_had_started() {
     let (_sender, acquisition) = acquisition(&network, Pace::Live);
     let estimation = estimation(&network, by_motion(), folder.path(), identify());
     let refused = run(&ServiceOptions::default(), Parts::Both(acquisition, estimation));
-    assert!(matches!(refused, Err(ServiceError::Acquisition(_))), "{refused:?}");
+    let Err(ServiceError::Acquisition(why)) = refused else { panic!("{refused:?}") };
+    Expectation::of("second-service").assert_said(&why.to_string(), &[]);
 }
 
 #[test]
@@ -611,12 +640,13 @@ fn a_runtime_folder_that_is_removed_is_made_again_and_reported() {
     let (status, control) = (runtime.join("status"), runtime.join("control"));
     eventually("an answer", || fetch_status(&status).is_ok());
 
+    let expected = Expectation::of("runtime-folder-removed");
     std::fs::remove_dir_all(&runtime).unwrap();
     std::fs::remove_dir_all(&network.root).unwrap();
     eventually("an answer again", || fetch_status(&status).is_ok());
     eventually("health tells it", || {
-        let reasons = answered(&status).health.reasons;
-        reasons.iter().any(|reason| reason.contains("was removed while the service runs"))
+        let [said]: [String; 1] = expected.get("says");
+        answered(&status).health.reasons.iter().any(|reason| reason.contains(&said))
     });
 
     // Nothing is lost: a window by command is identified and stored.
@@ -629,7 +659,8 @@ fn a_runtime_folder_that_is_removed_is_made_again_and_reported() {
     let report = service.join().unwrap();
     assert_eq!(report.end, ServiceEnd::SourceEnded);
     let status = report.snapshot.estimation.unwrap();
-    assert_eq!((status.windows_identified, status.samples_missing), (1, 0), "{status:?}");
+    expected.assert_eq("windows_identified", &status.windows_identified);
+    expected.assert_eq("samples_missing", &status.samples_missing);
     assert_eq!(read_history(&folder.path().join("state")).unwrap().0.len(), 1);
 }
 

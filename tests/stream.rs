@@ -4,6 +4,7 @@ use std::os::unix::fs::PermissionsExt;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use crate::common::expectation::Expectation;
 use crate::common::{Network, Process, eventually, sample};
 use didim::live::stream::{
     BATCH_SAMPLES, BatchKind, Pace, ServiceNetwork, StreamError, StreamNode, Topic,
@@ -62,7 +63,7 @@ fn a_slow_reader_loses_the_oldest_batches_and_knows_how_many() {
         }
     }
     let first = reader.receive().unwrap().unwrap();
-    assert_eq!(first.lost_batches, 7);
+    Expectation::of("estimator-slow").assert_eq("lost_batches", &first.lost_batches);
     assert_eq!(first.samples()[0].sequence, 8 * FULL);
     drop(first);
     let mut batches_left = 1;
@@ -227,9 +228,10 @@ fn a_full_shared_memory_is_refused_with_what_is_needed() {
             panic!("{refused}");
         };
         assert!(available_bytes < needed_bytes && *available_bytes <= 1 << 20, "{refused}");
-        let text = refused.to_string();
-        assert!(text.contains(&needed_bytes.to_string()), "{text}");
-        assert!(text.contains(&available_bytes.to_string()), "{text}");
+        Expectation::of("shared-memory-full").assert_said(
+            &refused.to_string(),
+            &[("needed_bytes", needed_bytes), ("available_bytes", available_bytes)],
+        );
         return;
     }
     let mount = "mount -t tmpfs -o size=1m tmpfs /dev/shm && exec \"$@\"";

@@ -75,6 +75,9 @@
 pub mod assemble;
 pub mod clock;
 pub mod ethercat;
+#[cfg(test)]
+#[path = "../../tests/common/expectation.rs"]
+mod expectation;
 pub mod frame;
 pub mod layout;
 pub mod samples;

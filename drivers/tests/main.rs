@@ -9,6 +9,8 @@
 
 mod common;
 mod conformance;
+#[path = "../../tests/common/expectation.rs"]
+mod expectation;
 
 mod assemble;
 mod assemble_period;

@@ -8,6 +8,8 @@
 )]
 
 mod common;
+#[path = "../../tests/common/expectation.rs"]
+mod expectation;
 
 mod device;
 mod didim;

@@ -11,6 +11,7 @@ use didim_identification::identification::{
 use didim_sim::{Scenario, tx40_paper};
 
 use crate::common::experiment::{listed, loop_options, random_moves, regression};
+use crate::expectation::Expectation;
 
 /// Rest before and after the motion, in samples.
 const REST: usize = 1250;
@@ -108,6 +109,8 @@ fn torques_in_another_unit_and_of_another_sign_are_one_sentence_each() {
     let of_joints = |reason: &Reason| matches!(reason, Reason::OtherUnit { .. });
     let reasons = &centimetres.verdict.reasons;
     assert!(!reasons.is_empty() && reasons.iter().all(of_joints), "{reasons:?}");
+    let finding: FindingCode = Expectation::of("torques-in-another-unit").get("finding");
+    assert!(centimetres.verdict.findings().iter().any(|of| of.code == finding));
     let sign_flipped = identified(&scenario, |signals| {
         signals.torque_nm.iter_mut().flatten().for_each(|torque| *torque = -*torque);
     });
@@ -217,8 +220,10 @@ fn a_coupling_of_the_other_sign_is_named() {
     let named = estimate.verdict.findings().into_iter();
     let named: Vec<Finding> = named.filter(|of| of.code == FindingCode::Coupling).collect();
     let [coupling] = &named[..] else { panic!("{:#?}", estimate.verdict) };
-    assert_eq!(coupling.subject, Some(Subject::Motors(vec![MotorIndex::new(5)])));
-    assert_eq!(coupling.figure, Some(32.0));
+    let expected = Expectation::of("coupling-of-the-other-sign");
+    let motor = MotorIndex::new(expected.get("motor"));
+    assert_eq!(coupling.subject, Some(Subject::Motors(vec![motor])));
+    assert_eq!(coupling.figure, Some(expected.get("value")));
     assert_eq!(joints_of(&estimate, FindingCode::TorqueGain), [0; 0]);
     // The required uses do not need the explanation, and the reader has to see it all the same.
     let explains = |note: &Note| matches!(note, Note::Explanation(_));
@@ -255,7 +260,9 @@ fn torque_gains_that_are_all_wrong_are_reported_by_the_described_controller() {
         let base = BaseParameters::compute(&Model::new(scenario.robot())).unwrap();
         let options = loop_options(&scenario, 200.0, Start::IdimLs);
         let record = scenario.record_with_rests(REST, REST).unwrap();
-        for (gain, joints) in [(1.0, &[][..]), (1.05, &[1, 2, 3, 4, 5, 6])] {
+        let accused: Vec<usize> =
+            Expectation::of("common-gain-with-controller").get("accused_joints");
+        for (gain, joints) in [(1.0, &[][..]), (1.05, &accused)] {
             let mut signals = record.motor_signals();
             signals.torque_nm.iter_mut().flatten().for_each(|torque| *torque *= gain);
             let experiment = Experiment::motor_side(&signals, scenario.robot().transmission())

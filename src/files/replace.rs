@@ -141,6 +141,7 @@ impl Drop for UnfinishedEntry<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::expectation::Expectation;
 
     fn names(folder: &Path) -> Vec<String> {
         let entries = fs::read_dir(folder).unwrap();
@@ -154,17 +155,20 @@ mod tests {
     fn a_file_is_the_old_one_or_the_new_one() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.json");
-        replace(&path, |out| out.write_all(b"old")).unwrap();
+        let expected = Expectation::of("result-half-written");
+        let [old, new]: [String; 2] = expected.get("contents");
+        replace(&path, |out| out.write_all(old.as_bytes())).unwrap();
         let failed: io::Result<()> = replace(&path, |out| {
             out.write_all(b"ne")?;
             assert_eq!(names(folder.path()).len(), 2, "next to its place");
             Err(io::ErrorKind::StorageFull.into())
         });
         assert_eq!(failed.unwrap_err().kind(), io::ErrorKind::StorageFull);
-        assert_eq!(fs::read(&path).unwrap(), b"old");
-        assert_eq!(names(folder.path()), ["a.json"], "nothing is left next to it");
-        replace(&path, |out| out.write_all(b"new")).unwrap();
-        assert_eq!(fs::read(&path).unwrap(), b"new");
+        assert_eq!(fs::read_to_string(&path).unwrap(), old);
+        let files: Vec<String> = expected.get("files");
+        assert_eq!(names(folder.path()), files, "nothing is left next to it");
+        replace(&path, |out| out.write_all(new.as_bytes())).unwrap();
+        assert_eq!(fs::read_to_string(&path).unwrap(), new);
     }
 
     #[test]

@@ -5,7 +5,7 @@
 #[cfg(target_os = "linux")]
 pub mod acquire;
 pub mod latency;
-mod limits;
+pub(crate) mod limits;
 pub mod pause;
 pub mod real_time_options;
 pub mod recording;

@@ -15,6 +15,7 @@ use crate::archive::store::WindowProvenance;
 use crate::cell::{BusAddress, Cell, CellError};
 use crate::files::{FolderError, own_folder};
 use crate::live::acquire::{AcquireOptions, ReceiveBuffer};
+use crate::live::limits::LiveLimits;
 use crate::live::recording::{
     ArchiverOptions, RecorderOptions, RecordingOptions, WriteBudget, open_log, recording_folders,
 };
@@ -245,6 +246,7 @@ pub fn build_estimation(
             windows,
             queue: WINDOWS_WAITING,
             folder: paths.state.clone(),
+            time_limit: LiveLimits::DEFAULT.identification,
             max_results: cell.service.keep_results,
             configuration: sha256,
             recorded: None,

@@ -2,6 +2,7 @@
 #![allow(dead_code, reason = "the tests of the program use a part of it")]
 
 pub(crate) mod bus;
+pub(crate) mod expectation;
 pub(crate) mod manager;
 
 use std::path::PathBuf;

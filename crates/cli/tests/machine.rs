@@ -7,6 +7,7 @@ use std::process::Command;
 use std::time::Duration;
 
 use crate::common::eventually;
+use crate::common::expectation::Expectation;
 use crate::common::manager::{send, terminate};
 use crate::program::cell::Site;
 use crate::program::{Daemon, Installation, json, succeed};
@@ -19,6 +20,7 @@ const STOP: Duration = Duration::from_millis(1_500);
 /// Stops a part of the service three times, as `kill -STOP`, a debugger and the freezer of a
 /// container do.
 fn stop_three_times(part: &str, changes: &[(&str, &str)]) {
+    let expected = Expectation::of("process-stopped");
     let site = Site::new(changes);
     let (mut child, mut manager) = site.start(part);
     manager.expect(0, "READY=1");
@@ -30,7 +32,8 @@ fn stop_three_times(part: &str, changes: &[(&str, &str)]) {
     }
     eventually("the stops are counted", || {
         let events = site.status().process.events;
-        events.get(EventKind::ProcessStopped.key()).is_some_and(|stops| stops.count >= 3)
+        let stops = events.get(EventKind::ProcessStopped.key());
+        stops.is_some_and(|stops| stops.count >= expected.get::<u64>("stops"))
     });
     eventually("the stops are stored", || {
         let events = read_events(&site.cell.state()).unwrap();
@@ -40,7 +43,7 @@ fn stop_three_times(part: &str, changes: &[(&str, &str)]) {
         stops.iter().filter(|seconds| **seconds >= shortest && **seconds < 10.0).count() >= 3
     });
     let events = succeed(&[&"history", &"--events", &"--state", &site.cell.state()]);
-    assert!(events.contains("the process was stopped for 1."), "{events}");
+    expected.assert_said(&events, &[]);
     let (status, _) = terminate(&mut child);
     assert!(status.success(), "{status}");
 }
@@ -97,7 +100,8 @@ fn without_interface() {
         acquisition.interfaces_down.get("tap0") == Some(&InterfaceProblem::Missing)
             && status.process.events.contains_key(EventKind::InterfaceMissing.key())
     });
-    assert_eq!(status.health.reasons, ["there is no interface tap0"]);
+    let expected = Expectation::of("interface-missing");
+    assert_eq!(status.health.reasons, expected.get::<[String; 1]>("says"));
     ip("link add name tap0 type veth peer name tap1");
     ip("link set tap0 up");
     ip("link set tap1 up");
@@ -105,7 +109,7 @@ fn without_interface() {
         let acquisition = status.acquisition.as_ref().unwrap();
         acquisition.interfaces_down.is_empty()
             && acquisition.bus == BusState::Waiting
-            && acquisition.counters.reopened == 1
+            && acquisition.counters.reopened == expected.get::<u64>("reopened")
             && status.process.events["interface-missing"].lasted_ms > 0
     });
     assert_eq!(daemon.terminate().0, Some(0));

@@ -19,6 +19,7 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use crate::common::Process;
+use crate::common::expectation::Expectation;
 use crate::program::recording::{EXPECTED, datasets, rounding, write_csv};
 use crate::program::{
     AT_1_KHZ, Daemon, Finished, Installation, command, didim, difference, json, parameters,
@@ -482,15 +483,16 @@ fn a_link_that_goes_down_costs_the_window_and_no_other() {
         let (down, up) = (sent.refused[0], sent.refused[sent.refused.len() - 1] + 1);
         assert_eq!(sent.refused, (down..up).collect::<Vec<usize>>());
         let lost_cycles = (up - down) as u64;
+        let expected = Expectation::of("interface-down");
         assert_eq!(
             (bus.counters.link_down, bus.counters.reopened, bus.counters.queue_drops),
-            (1, 0, 0),
+            (expected.get("link_down"), 0, 0),
             "{bus:#?}"
         );
         assert_eq!(bus.samples, frames.len() as u64 - lost_cycles, "{bus:#?}");
         no_pause(sent.pause)?;
         assert_eq!(bus.cycles_lost, [("counter_gap".to_owned(), lost_cycles)].into(), "{bus:#?}");
-        assert_eq!(work.windows_rejected, [("sample-gap".to_owned(), 1)].into());
+        assert_eq!(work.windows_rejected, [(expected.get("windows_rejected"), 1)].into());
         let rejected = work.last_rejection.clone().unwrap();
         assert_eq!((rejected.number, rejected.last_sequence), (0, down as u64 - 1));
         let faults = recordings(&cell, "kept");
@@ -498,7 +500,7 @@ fn a_link_that_goes_down_costs_the_window_and_no_other() {
         assert!(names.contains(&"fault-00000000-sample-gap.mcap".as_ref()), "{names:?}");
         kept_is_replayed_to_the_same_bytes(&cell, 0);
         // What is left of the motion is a window of its own, without a sample of before.
-        assert_eq!(work.windows_identified, 1);
+        expected.assert_eq("windows_identified", &work.windows_identified);
         let result = json(&results(&cell.state())[0]);
         assert_eq!(result["window"]["first_sequence"], up);
         Ok(())
@@ -572,9 +574,10 @@ fn in_two_processes_the_estimation_may_die_and_come_back() {
         if restarted_at > 17_500 {
             return Err(Late(format!("the estimation was away until sample {restarted_at}")));
         }
-        assert_eq!(work(&status).windows_identified, 1, "{:#?}", work(&status));
+        let (expected, work) = (Expectation::of("estimator-killed"), work(&status));
+        expected.assert_eq("windows_identified", &work.windows_identified);
         let live = results(&cell.state());
-        assert_eq!(live.len(), 2);
+        expected.assert_eq("results", &live.len());
         let log = cell.path("heard.log");
         write_log(&heard, &log);
         assert_eq!(without_number(&live), without_number(&replay(&cell, &log)));
@@ -594,18 +597,22 @@ fn a_daemon_that_is_killed_loses_less_than_a_second_of_its_recording() {
         let sent = send(interface, &frames[..4_000], |_| {});
         daemon.kill();
         no_pause(sent.pause)?;
+        let expected = Expectation::of("acquisition-killed");
         let parts = recordings(&cell, "ring");
         assert!(parts.iter().any(|file| file.extension().is_some_and(|end| end == "part")));
         // The next service closes it before it begins one of its own.
         let daemon = Daemon::start(&cell, None);
         let status = daemon.eventually("the file is closed", |status| {
-            bus(status).recording.as_ref().is_some_and(|is| is.segments_repaired == 1)
+            let recording = bus(status).recording.as_ref();
+            recording
+                .is_some_and(|is| is.segments_repaired == expected.get::<u64>("segments_repaired"))
         });
         assert_eq!(bus(&status).recording.as_ref().unwrap().write_errors, 0);
         end(daemon)?;
         let bytes = |frame: &Frame| (frame.id, frame.payload);
         let recorded = read_recordings(&recordings(&cell, "ring"));
-        assert!(recorded.len() > 3_000, "{} of 4000 frames", recorded.len());
+        let fewest: usize = expected.get("fewest_frames_of_4000");
+        assert!(recorded.len() >= fewest, "{} of 4000 frames", recorded.len());
         assert!(recorded.iter().map(bytes).eq(frames[..recorded.len()].iter().map(bytes)));
         Ok(())
     });

@@ -15,7 +15,6 @@ use super::window::{RejectedWindow, Rejection};
 use crate::archive::Results;
 use crate::archive::store::{Attachments, FoundLoad, ResultRecord, Timestamp};
 use crate::files::take_written_bytes;
-use crate::live::limits::LiveLimits;
 use crate::live::recording::{Archiver, RecordedWindow, WriteKind};
 use crate::live::stream::{DocumentWriter, StreamNode, Topic};
 use crate::window::Window;
@@ -79,11 +78,9 @@ impl Identification {
                     shared,
                     archiver,
                     unstored,
-                    limit: LiveLimits::DEFAULT.identification,
-                    is_stuck: false,
+                    stuck: None,
                 };
-                job.run(&windows);
-                Ok(())
+                job.run(&windows)
             })
             .map_err(WorkerError::Thread)?;
         Ok(Self { queue, queue_capacity: places, shared: shared.clone(), thread })
@@ -174,11 +171,8 @@ struct IdentificationThread {
     shared: SharedEstimation,
     archiver: Option<Archiver>,
     unstored: UnstoredResults,
-    /// Maximum time of an identification.
-    limit: Duration,
-    /// True if an identification took longer. It cannot be ended, and holds the identifier, so only
-    /// a new start helps.
-    is_stuck: bool,
+    /// Error of an identification that does not end. It holds up those of the next windows.
+    stuck: Option<WorkerError>,
 }
 
 /// End of a wait without an outcome.
@@ -213,14 +207,16 @@ fn wait_for_outcome<T>(
 }
 
 impl IdentificationThread {
-    fn run(&mut self, windows: &Receiver<QueuedWindow>) {
+    fn run(&mut self, windows: &Receiver<QueuedWindow>) -> Result<(), WorkerError> {
         self.poll_baseline();
-        // A stuck identification holds the identifier of the next windows.
-        while !self.is_stuck {
+        loop {
             self.shared.count_identification();
             let QueuedWindow { window, identifier } = match windows.recv_timeout(WELCOME_INTERVAL) {
                 Ok(queued) => queued,
-                Err(RecvTimeoutError::Disconnected) => return self.finish(),
+                Err(RecvTimeoutError::Disconnected) => {
+                    self.finish();
+                    return Ok(());
+                }
                 Err(RecvTimeoutError::Timeout) => {
                     self.poll_baseline();
                     if let Some(results) = &mut self.results {
@@ -255,8 +251,11 @@ impl IdentificationThread {
                 }
             }
             self.shared.settle(window.number);
+            if let Some(error) = self.stuck.take() {
+                self.finish();
+                return Err(error);
+            }
         }
-        self.finish();
     }
 
     /// Checks whether the baseline was set or cleared since the last check.
@@ -286,14 +285,15 @@ impl IdentificationThread {
             })
             .map_err(|cause| refused(WorkerError::Thread(cause).to_string()))?;
         let is_wanted = || self.shared.is_wanted_now(window.number);
-        match wait_for_outcome(&outcome, self.limit, is_wanted) {
+        let limit = self.options.time_limit;
+        match wait_for_outcome(&outcome, limit, is_wanted) {
             Ok(identified) => identified.map_err(|why| refused(why.to_string())),
             Err(WaitEnd::Abandoned) => Err(Rejection::Stopped),
             Err(WaitEnd::TooLong) => {
-                self.is_stuck = true;
-                let limit = self.limit.as_secs_f64();
-                let why = format!("the identification took longer than {limit} s");
-                tracing::error!(window = window.number, "{why}; the service starts again");
+                let limit_s = limit.as_secs_f64();
+                let stuck = WorkerError::TimeLimit { window: window.number, limit_s };
+                let why = stuck.to_string();
+                self.stuck = Some(stuck);
                 Err(refused(why))
             }
             // The computation panicked. This thread panics as well, and the worker ends with an

@@ -115,9 +115,29 @@ impl Worker {
     /// # Errors
     /// [`WorkerError`].
     pub fn run(mut self, stop: &AtomicBool) -> Result<WorkerEnd, WorkerError> {
+        match self.follow(stop) {
+            Ok(WorkerEnd::StreamEnded) => self.end(stop),
+            Ok(WorkerEnd::Stopped) => {
+                // The ports are closed first. A wait for the disk may be interrupted by the end of
+                // the process, which would leave the ports in shared memory.
+                drop(self.reader);
+                self.identification.give_up();
+                self.archiver.into_iter().for_each(|(_, thread)| thread.finish());
+                Ok(WorkerEnd::Stopped)
+            }
+            Err(ended @ WorkerError::IdentificationEnded) => {
+                // The thread may know why.
+                self.identification.finish(stop)?;
+                Err(ended)
+            }
+            Err(error) => Err(error),
+        }
+    }
+
+    /// Follows the stream, until every opened window is queued, identified or rejected.
+    fn follow(&mut self, stop: &AtomicBool) -> Result<WorkerEnd, WorkerError> {
         while !stop.load(Ordering::Relaxed) {
             if self.identification.has_ended() {
-                self.identification.finish(stop)?;
                 return Err(WorkerError::IdentificationEnded);
             }
             self.shared.count_iteration();
@@ -142,7 +162,10 @@ impl Worker {
                 drop(batch);
                 if kind == BatchKind::End {
                     self.reader.acknowledge()?;
-                    return self.end(stop);
+                    let event = self.windower.finish();
+                    self.handle(event, WhenBusy::Wait, stop)?;
+                    self.shared.update().window = WindowState::Idle;
+                    return Ok(WorkerEnd::StreamEnded);
                 }
                 if kind == BatchKind::Replay {
                     self.reader.acknowledge()?;
@@ -152,23 +175,14 @@ impl Worker {
                 }
             }
         }
-        // After the last batch, every opened window is counted as identified or rejected.
         let event = self.windower.stop();
         self.handle(event, WhenBusy::Reject, stop)?;
         self.shared.update().window = WindowState::Idle;
-        // The ports are closed first. A wait for the disk may be interrupted by the end of the
-        // process, which would leave the ports in shared memory.
-        drop(self.reader);
-        self.identification.give_up();
-        self.archiver.into_iter().for_each(|(_, thread)| thread.finish());
         Ok(WorkerEnd::Stopped)
     }
 
-    /// Handles the end of the stream. Closes the open window, and identifies the queued ones.
-    fn end(mut self, stop: &AtomicBool) -> Result<WorkerEnd, WorkerError> {
-        let event = self.windower.finish();
-        self.handle(event, WhenBusy::Wait, stop)?;
-        self.shared.update().window = WindowState::Idle;
+    /// Identifies the queued windows after the end of the stream.
+    fn end(self, stop: &AtomicBool) -> Result<WorkerEnd, WorkerError> {
         if let Some(load) = self.load {
             load.finish(stop);
         }

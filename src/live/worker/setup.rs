@@ -1,6 +1,7 @@
 //! Options for the start of a worker, and its errors.
 
 use std::path::PathBuf;
+use std::time::Duration;
 
 use super::time_of_day::TimeOfDay;
 use crate::archive::ResultOptions;
@@ -32,6 +33,8 @@ pub struct WorkerOptions {
     pub queue: usize,
     /// Folder of the results. If `None`, results are published but not stored.
     pub folder: Option<PathBuf>,
+    /// Maximum time of an identification. It cannot be ended, so the worker ends after it.
+    pub time_limit: Duration,
     /// Number of results kept in the folder.
     pub max_results: usize,
     /// Hash of the configuration, for the results.
@@ -64,4 +67,16 @@ pub enum WorkerError {
     /// The identification thread panicked. Its message is in the log. Report it.
     #[error("the identification ended by itself: see the log above")]
     IdentificationEnded,
+    /// An identification cannot be ended, and holds up those of the next windows, so that only a
+    /// new start helps. Keep a recording of such a window, and report it.
+    #[error(
+        "the identification of window {window} took longer than {limit_s} s; \
+         start the service again"
+    )]
+    TimeLimit {
+        /// Number of the window.
+        window: u64,
+        /// Maximum time \[s\].
+        limit_s: f64,
+    },
 }

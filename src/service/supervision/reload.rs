@@ -130,6 +130,7 @@ fn notify(answer: Option<ReloadAnswer>, outcome: &Outcome) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::expectation::Expectation;
 
     #[test]
     fn a_reload_that_panics_may_be_tried_again() {
@@ -143,6 +144,7 @@ mod tests {
         let mut reloader = Reloader::new(Some(reload), None, asked);
         let runtime = tokio::runtime::Builder::new_current_thread().build().unwrap();
         runtime.block_on(async {
+            Expectation::of("reload-panics").assert_said(&panic_text(), &[]);
             for expected in [Err(panic_text()), Ok(())] {
                 assert!(reloader.begin(None));
                 let Event::Finished(outcome) = reloader.next().await else { panic!("asked") };

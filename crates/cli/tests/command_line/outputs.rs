@@ -1,6 +1,7 @@
 //! Files that cannot be written, and files that were there before: exit code 1, nothing changed.
 
 use super::support::{Folder, data, didim, head, packed_cell, shipped};
+use crate::common::expectation::Expectation;
 
 /// Every command that writes, with its output at `path`.
 fn writers(path: &str) -> [Vec<String>; 4] {
@@ -70,11 +71,12 @@ fn what_is_no_file_is_not_replaced() {
     let folder = Folder::new();
     let [socket, tables] = [folder.path("socket"), folder.path("socket.csv")];
     let _listeners = [&socket, &tables].map(std::os::unix::net::UnixListener::bind);
-    all_refused(&socket, &["socket", "not a regular file", "another name"]);
+    let [what, remedy]: [String; 2] = Expectation::of("link-in-the-way").get("says");
+    all_refused(&socket, &["socket", &what, &remedy]);
     let folder_there = folder.path("there");
     std::fs::create_dir(&folder_there).unwrap();
     std::fs::create_dir(folder.path("there.csv")).unwrap();
-    all_refused(&folder_there, &["there", "not a regular file"]);
+    all_refused(&folder_there, &["there", &what]);
     assert_eq!(folder.names(), ["socket", "socket.csv", "there", "there.csv"]);
     use std::os::unix::fs::FileTypeExt;
     assert!(std::fs::metadata(socket).unwrap().file_type().is_socket());

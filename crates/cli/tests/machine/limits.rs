@@ -10,6 +10,7 @@ use didim::service::status::fetch_status;
 
 use super::{in_own_network, ip};
 use crate::common::Process;
+use crate::common::expectation::Expectation;
 use crate::common::manager::terminate;
 use crate::program::{Daemon, Installation, run_below};
 
@@ -70,12 +71,12 @@ fn check_below(cell: &Installation, limit: &str, of_start: &str) {
 #[test]
 fn a_start_with_few_open_files_names_the_limit() {
     let cell = waiting_cell();
+    let expected = Expectation::of("open-files-limited");
     let needed = NEEDS[0].needed();
     // With three, the system cannot load the program.
     for files in 4..needed {
         let words = start_below(&cell, &format!("--nofile={files}:{files}")).unwrap();
-        assert!(words.contains(&format!("limited to {files} open files")), "{words}");
-        assert!(words.contains(&format!("LimitNOFILE={needed}")), "{words}");
+        expected.assert_said(&words, &[("files", &files), ("needed", &needed)]);
         if files % 40 == 0 {
             check_below(&cell, &format!("--nofile={files}:{files}"), &words);
         }
@@ -88,6 +89,7 @@ fn a_start_with_few_open_files_names_the_limit() {
 #[test]
 fn a_start_with_little_memory_names_the_limit() {
     let program = fs::metadata(env!("CARGO_BIN_EXE_didim")).unwrap().len();
+    let expected = Expectation::of("memory-limited");
     for (need, option, setting) in [(&NEEDS[1], "as", "LimitAS"), (&NEEDS[2], "data", "LimitDATA")]
     {
         let cell = waiting_cell();
@@ -96,8 +98,9 @@ fn a_start_with_little_memory_names_the_limit() {
         let first = if option == "as" { program + (16 << 20) } else { 4 << 20 };
         for bytes in (first..needed).step_by(16 << 20) {
             let words = start_below(&cell, &format!("--{option}={bytes}:{bytes}")).unwrap();
-            assert!(words.contains(&format!("limited to {bytes} bytes")), "{words}");
-            assert!(words.contains(&format!("{setting}={needed}")), "{words}");
+            let placeholders: [(&str, &dyn ToString); 3] =
+                [("bytes", &bytes), ("setting", &setting), ("needed", &needed)];
+            expected.assert_said(&words, &placeholders);
             if bytes + (16 << 20) >= needed {
                 check_below(&cell, &format!("--{option}={bytes}:{bytes}"), &words);
             }
@@ -139,8 +142,11 @@ fn interrupt(calls: &str) {
     });
     let (code, _) = daemon.terminate();
     let log = daemon.log();
-    assert_eq!(code, Some(0), "{log}");
-    assert!(!log.contains("ERROR") && !log.contains("panicked"), "{log}");
+    let expected = Expectation::of("waits-interrupted");
+    assert_eq!(code, Some(expected.get("exit_code")), "{log}");
+    for words in expected.get::<Vec<String>>("never_says") {
+        assert!(!log.contains(&words), "{log}");
+    }
     let injected = fs::read_to_string(&trace).unwrap().matches("(INJECTED)").count();
     assert!(injected > 0, "{calls}");
 }

@@ -28,9 +28,8 @@ pub(super) struct FaultFile {
     #[serde(rename = "damage")]
     pub(super) faults: Vec<InjectedFault>,
     pub(super) expected: Option<Expected>,
-    /// Or the test that holds it.
-    #[serde(rename = "held")]
-    pub(super) covered_by: Option<CoveredBy>,
+    /// Or another test that asserts it.
+    pub(super) tested: Option<Tested>,
 }
 
 /// How the frames come.
@@ -85,15 +84,15 @@ pub(super) struct Undetectable {
 /// A fault that another test puts on.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct CoveredBy {
+pub(super) struct Tested {
     pub(super) file: String,
     pub(super) test: String,
     pub(super) detected_by: String,
     pub(super) within: String,
     pub(super) counted: String,
-    pub(super) says: String,
-    /// Words of the program or values that the test asserts.
-    pub(super) words: Vec<String>,
+    pub(super) outcome: String,
+    /// What the test reads from here and asserts, by name: words of the program, and values.
+    pub(super) expected: toml::Table,
 }
 
 impl Count {
@@ -127,7 +126,7 @@ impl FaultFile {
         let fail = |error| panic!("{}: {error}", path.display());
         let file: Self = toml::from_str(&text).unwrap_or_else(fail);
         let executed = file.bus.is_some() && file.expected.is_some() && !file.faults.is_empty();
-        assert_ne!(executed, file.covered_by.is_some(), "{}: one of the two", path.display());
+        assert_ne!(executed, file.tested.is_some(), "{}: one of the two", path.display());
         Self { name: path.file_stem().unwrap().to_str().unwrap().to_owned(), ..file }
     }
 }

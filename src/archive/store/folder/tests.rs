@@ -4,6 +4,7 @@ use didim_identification::identification::{Estimate, SingularValues, Verdict};
 
 use super::*;
 use crate::archive::store::read_history;
+use crate::expectation::Expectation;
 use crate::window::Note;
 use crate::window::{Window, WindowEnd};
 
@@ -364,7 +365,8 @@ fn a_folder_that_was_moved_away_takes_results_when_it_is_back() {
     assert!(words.contains(folder.to_str().unwrap()), "{words}");
     assert!(!folder.exists(), "nothing is written where nobody looks for it");
     fs::rename(&away, &folder).unwrap();
-    assert_eq!(write(&mut store, 2.0).number, 1);
+    let expected = Expectation::of("state-folder-gone");
+    expected.assert_eq("next_number", &write(&mut store, 2.0).number);
     let lines = read_history(&folder).unwrap().0;
     assert!(lines.iter().map(|line| line.result).eq([0, 1]));
     assert!(matches!(Store::open(&folder, 10), Err(StoreError::InUse { .. })), "locked still");
@@ -381,7 +383,8 @@ fn numbers_of_removed_results_are_not_used_again() {
         fs::remove_file(result_file(folder.path(), number)).unwrap();
     }
     let mut store = Store::open(folder.path(), 5).unwrap();
-    assert_eq!(write(&mut store, 4.0).number, 3);
+    let expected = Expectation::of("results-removed");
+    expected.assert_eq("next_number", &write(&mut store, 4.0).number);
 }
 
 /// Ten years of a result a week. The clock is unset in one month, and one hour slow in another.

@@ -90,6 +90,7 @@ pub fn parse_request(line: &[u8]) -> Result<Request, RequestError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::expectation::Expectation;
 
     #[test]
     fn what_is_written_is_read() {
@@ -133,14 +134,15 @@ mod tests {
         for line in [&b"note\n"[..], b"note 3 kg\n", b"note {\"payload\":1}\n"] {
             assert_eq!(parse_request(line), Err(RequestError::Unknown), "{line:?}");
         }
-        for hidden in ["\u{1b}", "\u{202e}", "\u{200b}", "\u{2066}", "\u{feff}"] {
+        let expected = Expectation::of("characters-in-a-note");
+        for hidden in expected.get::<Vec<String>>("characters") {
             let line = format!("note {{\"text\":\"a{hidden}b\"}}\n");
             let refused = parse_request(line.as_bytes());
             assert_eq!(refused, Err(RequestError::NotText), "{hidden:?}");
         }
         let escaped = parse_request(b"note {\"text\":\"a\\u202eb\"}\n").unwrap_err();
         assert_eq!(escaped, RequestError::Note(crate::window::NoteError::Text));
-        assert!(escaped.to_string().contains("without control and format characters"));
+        expected.assert_said(&escaped.to_string(), &[]);
     }
 
     #[test]
