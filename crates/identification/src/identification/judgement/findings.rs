@@ -2,19 +2,16 @@
 
 use core::ops::Range;
 use didim_dynamics::dynamics::{BaseParameters, Model};
-use didim_dynamics::robot::MotorIndex;
 
 use nalgebra::{DMatrix, DVector, DVectorView};
 
 use super::alternatives::FoundAlternatives;
 use super::checks::{Checks, FittedModel, PositionError};
-use super::clipped_signal::ClippedSignal;
 use super::estimate::{
     ConvergenceStep, Estimate, Fit, FitMotion, Identification, KeptParameter, ParameterEstimate,
     ReferenceSource, SCHEMA, SingularValues,
 };
 use super::folds::Folds;
-use super::frozen_signal::FrozenSignal;
 use super::held_out::HeldOut;
 use super::information::Information;
 use super::outliers::DownweightedRows;
@@ -22,15 +19,16 @@ use super::parameter_covariance::ParameterCovariance;
 use super::physical_consistency::PhysicalConsistency;
 use super::reached::ReachedRange;
 use super::reasons::{Note, Reason};
+use super::signal_findings::SignalFindings;
 use super::uncertainty::{Supplements, Uncertainty};
 use super::unsigned_torque::unsigned_torques;
 use super::uses::Verdict;
-use super::verdict::{Known, UNEXPLAINED};
-use super::workspace::indefinite_posture;
-use crate::feasibility::FixedParameter;
+use super::verdict::Known;
+use super::workspace::{Indefinite, indefinite_posture};
+use crate::feasibility::{FixedParameter, Outcome};
 use crate::identification::observation::{AuxiliaryObservation, Motion, torque_rates};
 use crate::identification::problem::{Context, IdentificationError, Method};
-use crate::regression::{LjungBox, Observations, ResidualAnalysis, Solution};
+use crate::regression::{LjungBox, Observations, ResidualAnalysis, RowFilter, Solution};
 
 /// Lags of the residuals' autocorrelation that are worth looking at.
 const LAGS: usize = 30;
@@ -90,33 +88,43 @@ pub(crate) struct Iteration {
     pub(crate) instrument_correlation: Option<f64>,
 }
 
-impl Findings<'_> {
+/// The residuals of a solved equation, and what follows from them alone.
+struct Analysed<'a> {
+    /// Analysis of the solved equation, in which repeated motion counts once.
+    analysis: ResidualAnalysis<'a>,
+    /// The motion in folds.
+    folds: Folds,
+    /// Covariance of the parameters.
+    covariance: DMatrix<f64>,
+    /// The same, in which repeated motion counts once, because model errors repeat with it.
+    distinct_covariance: DMatrix<f64>,
+    /// Standard deviation of each parameter.
+    deviations: DVector<f64>,
+    /// The equation of torques.
+    torque: &'a Observations,
+    /// What the estimate leaves of the measured torques.
+    residuals: &'a DVector<f64>,
+}
+
+/// The checks of the model, the uncertainty, and parameters of torques that differ from those of
+/// the method.
+struct Checked {
+    checks: Checks,
+    uncertainty: Uncertainty,
+    other: Option<Reason>,
+}
+
+impl<'a> Findings<'a> {
     /// The estimate with its verdict, and the fit.
     pub(crate) fn judged(
         self,
         context: &Context<'_>,
     ) -> Result<Identification, IdentificationError> {
-        let Self { observations, solution, iteration, .. } = &self;
-        let (limits, filter) = (&context.options.limits, context.row_filter());
-        let analysis = ResidualAnalysis::new(observations, solution, &filter);
-        let covariance = analysis.covariance();
-        let pieces = Folds::from_context(context, self.motion);
-        // Figures count repeated motion once, because model errors repeat with it.
-        let analysis = analysis.counting_once(pieces.mean_repeats);
-        let distinct_covariance = match pieces.mean_repeats > 1.0 {
-            true => analysis.covariance(),
-            false => covariance.clone(),
-        };
-        let deviations = covariance.diagonal().map(f64::sqrt);
-        let torque = self.torque.as_ref().map_or(*observations, |rows| rows.observations);
-        let residuals = self.torque.as_ref().map_or(&solution.residuals, |rows| rows.residuals);
-        let (counted, left) = match self.downweighted {
-            Some(_) => (*observations, &solution.residuals),
-            None => (torque, residuals),
-        };
-        let (held_out, disagreement) =
-            HeldOut::new(context, self.motion, &pieces, counted, &solution.parameters, left)?;
-        let rows = observations.matrix().equation_rows();
+        let limits = &context.options.limits;
+        let filter = context.row_filter();
+        let analysed = self.analysed(context, &filter);
+        let (held_out, disagreement) = self.held_out(context, &analysed)?;
+        let rows = self.observations.matrix().equation_rows();
         let unsigned = unsigned_torques(context);
         // Without signs, no reading is right.
         let alternatives = match unsigned.is_empty() && limits.are_rows_enough(context, rows) {
@@ -128,36 +136,120 @@ impl Findings<'_> {
             fold_deviations: disagreement.as_ref(),
             other: None,
         };
-        let mut other = None;
-        let (checks, uncertainty) = match self.torque.as_ref().and_then(|rows| rows.own) {
-            None => {
-                self.checks(context, torque, &analysis, &solution.parameters, &deviations, beside)?
-            }
-            Some(own) => {
-                let analysis = ResidualAnalysis::new(torque, own, &filter);
-                let own_deviations = analysis.covariance().diagonal().map(f64::sqrt);
-                let analysis = analysis.counting_once(pieces.mean_repeats);
-                if self.method.fits_positions() {
-                    other = limits.other_parameters(
-                        context.selection.names(),
-                        &(&own.parameters - &solution.parameters),
-                        &own_deviations.zip_map(&deviations, f64::hypot),
-                    );
-                }
-                self.checks(
-                    context,
-                    torque,
-                    &analysis,
-                    &own.parameters,
-                    &own_deviations,
-                    Supplements {
-                        other: Some(&(&own.parameters - &solution.parameters)),
-                        ..beside
-                    },
-                )?
-            }
+        let Checked { checks, uncertainty, other } =
+            self.checked(context, &analysed, &filter, beside)?;
+        let torque = uncertainty.rms_torque.clone();
+        let mut estimate =
+            self.estimate(context, &analysed, &filter, &checks, uncertainty, held_out);
+        let bodies = self.nearest_bodies(context, &analysed, &estimate);
+        estimate.link_bodies =
+            bodies.as_ref().map(|of| PhysicalConsistency::new(of, estimate.parameters.len()));
+        let signals = SignalFindings::new(context, unsigned, &estimate.relative_error_per_joint);
+        let misread = alternatives.alternatives.into_iter();
+        let misread = misread.map(|found| Reason::Alternative { found, setting: None });
+        let known = Known {
+            context,
+            torque,
+            largest_torque: largest_torques(context),
+            carried: carried(analysed.torque, &self.solution.parameters),
+            indefinite: self.indefinite(context, &analysed)?,
+            bodies,
+            blocking: signals.blocking.into_iter().chain(other).collect(),
+            explanations: signals
+                .frozen
+                .into_iter()
+                .chain(misread)
+                .chain(signals.clipped)
+                .collect(),
         };
+        let (uses, explanations) = limits.uses(&known, &estimate);
+        let fit = self.fit(context, &analysed, &filter);
+        let mut notes = limits.notes(&known, &estimate);
+        notes.extend(incomplete_torque(context));
+        notes.extend(checks.notes);
+        notes.extend(signals.notes);
+        notes.extend(self.downweighted.iter().flat_map(|rows| rows.notes(&fit.time_s)));
+        estimate.verdict = Verdict::new(uses, &context.options.required_uses, notes, explanations);
+        Ok(Identification { estimate, fit })
+    }
 
+    fn analysed(&self, context: &Context<'_>, filter: &'a RowFilter) -> Analysed<'a> {
+        let analysis = ResidualAnalysis::new(self.observations, self.solution, filter);
+        let covariance = analysis.covariance();
+        let folds = Folds::from_context(context, self.motion);
+        let analysis = analysis.counting_once(folds.mean_repeats);
+        let distinct_covariance = match folds.mean_repeats > 1.0 {
+            true => analysis.covariance(),
+            false => covariance.clone(),
+        };
+        let deviations = covariance.diagonal().map(f64::sqrt);
+        let (torque, residuals) = match &self.torque {
+            Some(rows) => (rows.observations, rows.residuals),
+            None => (self.observations, &self.solution.residuals),
+        };
+        Analysed { analysis, folds, covariance, distinct_covariance, deviations, torque, residuals }
+    }
+
+    /// The error on folds that are held out, and how much the parameters differ between them.
+    fn held_out(
+        &self,
+        context: &Context<'_>,
+        analysed: &Analysed<'_>,
+    ) -> Result<(HeldOut, Option<DVector<f64>>), IdentificationError> {
+        let (counted, residuals) = match self.downweighted {
+            Some(_) => (self.observations, &self.solution.residuals),
+            None => (analysed.torque, analysed.residuals),
+        };
+        let parameters = &self.solution.parameters;
+        HeldOut::new(context, self.motion, &analysed.folds, counted, parameters, residuals)
+    }
+
+    /// Checks the model on the equation of torques: the solved one, or the own one of a method that
+    /// solves another.
+    fn checked(
+        &self,
+        context: &Context<'_>,
+        analysed: &Analysed<'_>,
+        filter: &RowFilter,
+        beside: Supplements<'_>,
+    ) -> Result<Checked, IdentificationError> {
+        let Analysed { torque, analysis, deviations, .. } = analysed;
+        let parameters = &self.solution.parameters;
+        let Some(own) = self.torque.as_ref().and_then(|rows| rows.own) else {
+            let (checks, uncertainty) =
+                self.checks(context, torque, analysis, parameters, deviations, beside)?;
+            return Ok(Checked { checks, uncertainty, other: None });
+        };
+        let analysis = ResidualAnalysis::new(torque, own, filter);
+        let own_deviations = analysis.covariance().diagonal().map(f64::sqrt);
+        let analysis = analysis.counting_once(analysed.folds.mean_repeats);
+        let difference = &own.parameters - parameters;
+        let other = match self.method.fits_positions() {
+            true => context.options.limits.other_parameters(
+                context.selection.names(),
+                &difference,
+                &own_deviations.zip_map(deviations, f64::hypot),
+            ),
+            false => None,
+        };
+        let beside = Supplements { other: Some(&difference), ..beside };
+        let (checks, uncertainty) =
+            self.checks(context, torque, &analysis, &own.parameters, &own_deviations, beside)?;
+        Ok(Checked { checks, uncertainty, other })
+    }
+
+    /// The estimate, without its bodies and its verdict.
+    fn estimate(
+        &self,
+        context: &Context<'_>,
+        analysed: &Analysed<'_>,
+        filter: &RowFilter,
+        checks: &Checks,
+        uncertainty: Uncertainty,
+        held_out: HeldOut,
+    ) -> Estimate {
+        let Self { observations, solution, iteration, .. } = self;
+        let Analysed { analysis, torque, residuals, .. } = analysed;
         let statistics = torque.residual_statistics(residuals);
         let mut ljung_box = analysis.spectrum().ljung_box_per_joint();
         for joint in context.model.missing_torques() {
@@ -166,16 +258,16 @@ impl Findings<'_> {
         let whiteness = ljung_box.iter().map(LjungBox::probability).collect();
         let own_statistics = observations.residual_statistics(&solution.residuals);
         let downweighted = self.downweighted.map(DownweightedRows::per_joint);
-        let differences = checks.controller_error_per_joint;
+        let differences = checks.controller_error_per_joint.as_ref();
         let (sizes, probabilities) = differences
             .map(|found| found.iter().map(|of| (of.size, of.probability)).unzip())
             .unzip();
-        let mut estimate = Estimate {
+        Estimate {
             schema: SCHEMA,
             method: self.method.name().to_owned(),
             robot: context.robot.name().to_owned(),
             samples: context.experiment.samples(),
-            rows,
+            rows: observations.matrix().equation_rows(),
             reached_per_joint: ReachedRange::from_context(context, self.motion),
             position_cutoff: None,
             friction: None,
@@ -184,11 +276,11 @@ impl Findings<'_> {
                 context.robot,
                 &context.selection,
                 solution,
-                &deviations,
+                &analysed.deviations,
                 &uncertainty.combined_deviations,
             ),
             nominal: KeptParameter::list(context.robot, context.base, &context.selection),
-            covariance: Some(ParameterCovariance::from_symmetric(&covariance)),
+            covariance: Some(ParameterCovariance::from_symmetric(&analysed.covariance)),
             condition_number: solution.condition_number(),
             singular_values: SingularValues::new(solution),
             unweighted_condition_number: self.unweighted.condition_number(),
@@ -199,7 +291,7 @@ impl Findings<'_> {
             rms_error_per_joint_nm: statistics.rms_per_joint,
             relative_prediction_deviation_per_joint: prediction_deviations(
                 torque,
-                &distinct_covariance,
+                &analysed.distinct_covariance,
             ),
             durbin_watson_per_joint: own_statistics.durbin_watson_per_joint,
             durbin_watson_expected: filter.durbin_watson_of_white_noise(),
@@ -207,8 +299,8 @@ impl Findings<'_> {
             ljung_box_per_joint: ljung_box,
             effective_rows_per_joint: observations
                 .figures_per_joint(analysis.spectrum().effective_rows_per_joint()),
-            torque_delay_per_joint: checks.torque_delay_per_joint,
-            position_bias: checks.position_bias,
+            torque_delay_per_joint: checks.torque_delay_per_joint.clone(),
+            position_bias: checks.position_bias.clone(),
             nuisance_parameters: uncertainty.nuisance_parameters,
             extrapolation: uncertainty.extrapolation,
             model_uncertainty: uncertainty.model,
@@ -227,93 +319,69 @@ impl Findings<'_> {
             smallest_instrument_correlation: iteration.instrument_correlation,
             link_bodies: None,
             verdict: Verdict::default(),
-        };
-        let held = estimate
-            .nominal
-            .iter()
-            .map(|kept| FixedParameter::at_nominal(kept.name.clone(), kept.value));
-        let held: Vec<FixedParameter> = held.collect();
-        let bodies = PhysicalConsistency::nearest_bodies(
+        }
+    }
+
+    /// The bodies nearest to the estimate, if the robot file has nominal ones.
+    fn nearest_bodies(
+        &self,
+        context: &Context<'_>,
+        analysed: &Analysed<'_>,
+        estimate: &Estimate,
+    ) -> Option<Outcome> {
+        let nominal = estimate.nominal.iter();
+        let fixed: Vec<FixedParameter> =
+            nominal.map(|kept| FixedParameter::at_nominal(kept.name.clone(), kept.value)).collect();
+        PhysicalConsistency::nearest_bodies(
             context,
-            solution.parameters.as_slice(),
-            &covariance,
-            &held,
-        );
-        estimate.link_bodies =
-            bodies.as_ref().map(|of| PhysicalConsistency::new(of, estimate.parameters.len()));
+            self.solution.parameters.as_slice(),
+            &analysed.covariance,
+            &fixed,
+        )
+    }
+
+    /// The posture where the mass matrix is furthest from positive definite, if there is one.
+    fn indefinite(
+        &self,
+        context: &Context<'_>,
+        analysed: &Analysed<'_>,
+    ) -> Result<Option<Indefinite>, IdentificationError> {
         // Without a torque, the inertia of a joint is not known.
-        let indefinite = match context.model.missing_torques() {
-            [] => indefinite_posture(
-                context.robot,
-                &context.model,
-                &context.selection,
-                &solution.parameters,
-                &distinct_covariance,
-            )?,
-            _ => None,
-        };
-        let errors = &estimate.relative_error_per_joint;
-        let transmission = context.robot.transmission();
-        // What is not explained may follow from it.
-        let unexplained = |motor: MotorIndex| {
-            let mut joints = errors.iter().zip(transmission.row(motor.position()));
-            joints.any(|(error, ratio)| *error > UNEXPLAINED && *ratio != 0.0)
-        };
-        let (constant, clipped): (Vec<_>, Vec<_>) =
-            ClippedSignal::all(context).into_iter().partition(ClippedSignal::is_constant);
-        let unsigned_torque =
-            (!unsigned.is_empty()).then_some(Reason::UnsignedTorque { motors: unsigned });
-        let constant = constant.into_iter().map(|found| Reason::ClippedTorque { found });
-        let (cut_off, beside_cut_off): (Vec<_>, Vec<_>) =
-            clipped.into_iter().partition(|found| unexplained(found.motor));
-        let (stale, hardly_stale): (Vec<_>, Vec<_>) =
-            FrozenSignal::all(context).into_iter().partition(|found| {
-                found.is_much() && found.motors.iter().any(|motor| unexplained(*motor))
-            });
-        let cut_off = cut_off.into_iter().map(|found| Reason::ClippedTorque { found });
-        let stale = stale.into_iter().map(|found| Reason::FrozenSignal { found });
-        let alternatives = alternatives.alternatives.into_iter();
-        let misread = alternatives.map(|found| Reason::Alternative { found, setting: None });
-        let of_signals = stale.chain(misread).chain(cut_off);
-        let known = Known {
-            context,
-            torque: uncertainty.rms_torque,
-            largest_torque: largest_torques(context),
-            carried: carried(torque, &solution.parameters),
-            indefinite,
-            bodies,
-            blocking: unsigned_torque.into_iter().chain(constant).chain(other).collect(),
-            explanations: of_signals.collect(),
-        };
-        let (uses, explanations) = limits.uses(&known, &estimate);
+        if !context.model.missing_torques().is_empty() {
+            return Ok(None);
+        }
+        indefinite_posture(
+            context.robot,
+            &context.model,
+            &context.selection,
+            &self.solution.parameters,
+            &analysed.distinct_covariance,
+        )
+    }
+
+    fn fit(&self, context: &Context<'_>, analysed: &Analysed<'_>, filter: &RowFilter) -> Fit {
+        let Self { observations, solution, .. } = self;
+        let Analysed { analysis, torque, residuals, .. } = analysed;
         let time_s = context.time_s();
-        let mut notes = limits.notes(&known, &estimate);
-        notes.extend(incomplete_torque(context));
-        notes.extend(checks.notes);
-        notes.extend(beside_cut_off.into_iter().map(|found| Note::ClippedTorque { found }));
-        notes.extend(hardly_stale.into_iter().map(|found| Note::FrozenSignal { found }));
-        notes.extend(self.downweighted.iter().flat_map(|rows| rows.notes(&time_s)));
-        estimate.verdict = Verdict::new(uses, &context.options.required_uses, notes, explanations);
         let measured = torque.measured_values();
-        let information = Information::new(
-            observations,
-            &analysis,
-            &solution.noise_levels,
-            self.motion,
-            &context.samples,
-            context.experiment.sample_rate_hz(),
-        );
-        let fit = Fit {
+        let downweighted = self.downweighted.map(DownweightedRows::per_joint);
+        Fit {
             motion: FitMotion::new(self.motion, &context.samples, &time_s),
-            information,
+            information: Information::new(
+                observations,
+                analysis,
+                &solution.noise_levels,
+                self.motion,
+                &context.samples,
+                context.experiment.sample_rate_hz(),
+            ),
             time_s,
             downweighted: downweighted.map_or_else(Vec::new, <[_]>::to_vec),
             measured: torque.per_joint(&measured),
-            predicted: torque.per_joint(&(&*measured - residuals)),
+            predicted: torque.per_joint(&(&*measured - *residuals)),
             equation_residuals: observations.per_joint(&solution.residuals),
             white_noise: filter.autocorrelation_of_white_noise(observations.rows_per_joint(), LAGS),
-        };
-        Ok(Identification { estimate, fit })
+        }
     }
 
     /// Checks the model on an equation of torques and its solution.

@@ -32,6 +32,7 @@ mod reasons;
 mod rows;
 mod scaled_rows;
 mod setting;
+mod signal_findings;
 mod uncertainty;
 mod unsigned_torque;
 mod uses;
