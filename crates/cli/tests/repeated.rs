@@ -55,6 +55,36 @@ fn assert_equally_good(once: &str, repeated: &str, what: &str) {
     }
 }
 
+/// Files that are equal, and a file that has the same recording several times.
+#[test]
+fn equal_recordings_change_no_figure() {
+    let folder = tempfile::tempdir().unwrap();
+    for (arm, name, times) in [
+        ("kr300", "a.csv", ["1.8", "8.196"]),
+        ("kr300", "b.csv", ["1.8", "8.196"]),
+        ("kr300", "c.csv", ["1.8", "8.196"]),
+        ("tiago", "motion.csv", ["9.2", "45"]),
+    ] {
+        let recording = repository("tests/data").join(arm).join(name);
+        let text = fs::read_to_string(&recording).unwrap();
+        let (header, rows) = text.split_once('\n').unwrap();
+        let in_one = folder.path().join(name);
+        let of_one = |files: &[PathBuf]| uses(&identify_arm(arm, files, times[0], times[1]));
+        let once = of_one(std::slice::from_ref(&recording));
+        for count in [2, 4, 8] {
+            fs::write(&in_one, format!("{header}\n{}", rows.repeat(count))).unwrap();
+            assert_eq!(of_one(&vec![recording.clone(); count]), once, "{name}, {count} files");
+            // More stamps give the sample rate more digits.
+            let in_one = of_one(std::slice::from_ref(&in_one));
+            for ((usage, answer, figure), (_, same, other)) in once.iter().zip(&in_one) {
+                assert_eq!(answer, same, "{name}, {count} in one file: {usage}");
+                let change = figure.unwrap() / other.unwrap() - 1.0;
+                assert!(change.abs() < 1e-8, "{name}, {count} in one file: {usage} {change}");
+            }
+        }
+    }
+}
+
 #[test]
 fn a_repeated_motion_of_a_kr300_is_as_good_as_one() {
     let identified = |count| identify("kr300", "a.csv", count, ["1.8", "8.196"]);

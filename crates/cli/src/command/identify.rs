@@ -386,10 +386,8 @@ fn read_recordings(
 ) -> Result<(Vec<CountedPiece>, Vec<RecordingEntry>), CliError> {
     let (mut parts, mut reported): (Vec<CountedPiece>, Vec<RecordingEntry>) = Default::default();
     for (index, input) in inputs.iter().enumerate() {
-        let mut of_file = arguments.samples.read(input, cell)?;
-        of_file.retain(|piece| {
-            let same = parts.iter().position(|earlier| earlier.has_same_signals(piece));
-            if let Some(same) = same {
+        for piece in arguments.samples.read(input, cell)? {
+            if let Some(same) = parts.iter().position(|earlier| earlier.has_same_signals(&piece)) {
                 let (path, earlier) = (input.displayed_path(), reported[same].input);
                 let earlier = inputs[earlier].displayed_path();
                 tracing::warn!(
@@ -397,13 +395,11 @@ fn read_recordings(
                     path.display(),
                     earlier.display()
                 );
+                continue;
             }
-            same.is_none()
-        });
-        reported.extend(
-            of_file.iter().map(|piece| RecordingEntry::new(index, input.displayed_path(), piece)),
-        );
-        parts.extend(of_file);
+            reported.push(RecordingEntry::new(index, input.displayed_path(), &piece));
+            parts.push(piece);
+        }
     }
     Ok((parts, reported))
 }
