@@ -250,8 +250,12 @@ fn a_start_up_says_what_it_lacks() {
     );
     let error = learnt(&startup(&INPUTS)).unwrap_err();
     says(&error, &["no cyclic datagram", "inputs of slave 1001"]);
-    let error = learnt(&Pcapng::new()).unwrap_err();
-    says(&error, &["no slave 1001", "nothing"]);
+    // It begins too late.
+    let mut late = Pcapng::new();
+    late.exchange(START_NS, &cycle());
+    for capture in [&late, &Pcapng::new()] {
+        says(&learnt(capture).unwrap_err(), &["before the master starts", "`eni`"]);
+    }
     let mut only_one = Pcapng::new();
     only_one.pdos(1001, 0x1C13, &[(0x1A00, &INPUTS)]);
     says(&learnt(&only_one).unwrap_err(), &["no slave 1002", "it has 1001"]);

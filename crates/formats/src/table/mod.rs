@@ -134,6 +134,12 @@ pub fn is_parquet(path: &Path) -> bool {
     begins_with(path, &PARQUET_MAGIC)
 }
 
+/// Returns the first line that is not blank, or its beginning.
+fn first_line(begin: &[u8]) -> &[u8] {
+    let mut lines = begin.split(|byte| *byte == b'\n').map(<[u8]>::trim_ascii);
+    lines.find(|line| !line.is_empty()).unwrap_or_default()
+}
+
 /// Opens a table of either kind. Its first bytes identify the kind.
 fn open(path: &Path, columns: Option<&Columns>) -> Result<Box<dyn Source>, TableError> {
     let wrong = |source| TableError::Io { file: path.to_path_buf(), source };
@@ -149,7 +155,7 @@ fn open(path: &Path, columns: Option<&Columns>) -> Result<Box<dyn Source>, Table
         Box::new(BufReader::new(MultiGzDecoder::new(file)))
     } else if let Some(encoding) = utf16_encoding(begin) {
         Box::new(Utf16Reader::new(file, encoding))
-    } else if begin.split(|byte| *byte == b'\n').next().is_some_and(|line| line.contains(&0)) {
+    } else if first_line(begin).contains(&0) {
         return Err(TableError::Binary { file: path.to_path_buf() });
     } else {
         Box::new(file)
@@ -814,14 +820,17 @@ mod tests {
         assert_eq!(wide.segments, record.segments);
     }
 
-    /// The first bytes of a packet capture.
+    /// The first bytes of packet captures, old and new.
     #[test]
     fn a_binary_file_is_no_table() {
         let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("x.pcap");
-        std::fs::write(&path, b"\xd4\xc3\xb2\xa1\x02\0\x04\0\0\0t,q,tau\n").unwrap();
-        let error = list_table(&path).unwrap_err();
-        assert!(matches!(error, TableError::Binary { .. }), "{error}");
+        let path = folder.path().join("x");
+        let pcap = b"\xd4\xc3\xb2\xa1\x02\0\x04\0\0\0t,q,tau\n";
+        for bytes in [&pcap[..], b"\n\r\r\n\x1c\0\0\0\x4d\x3c\x2b\x1at,q,tau\n"] {
+            std::fs::write(&path, bytes).unwrap();
+            let error = list_table(&path).unwrap_err();
+            assert!(matches!(error, TableError::Binary { .. }), "{error}");
+        }
     }
 
     /// States of 125 Hz in rows of 500 Hz, and stamps of two decimals.

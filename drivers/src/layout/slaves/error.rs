@@ -39,6 +39,13 @@ pub enum NetworkError {
         /// Names and addresses in the file.
         found: Vec<String>,
     },
+    /// The capture does not show how a master configures slaves.
+    #[error("{}: no master configures a slave in this capture; record from before the master \
+        starts, or name its ENI file with `eni` in place of `startup`", file.display())]
+    NoStartup {
+        /// Path of the file.
+        file: PathBuf,
+    },
     /// The process data of a slave do not carry an object of the layout.
     #[error(
         "{}: `{key}`: the {whose} do not carry {object}; they carry {}; add it to the \

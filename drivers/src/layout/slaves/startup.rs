@@ -214,6 +214,9 @@ impl LearntNetwork {
             let mut stations: Vec<u16> =
                 self.objects.keys().map(|(station, ..)| *station).collect();
             stations.dedup();
+            if stations.is_empty() {
+                return Err(NetworkError::NoStartup { file: file.to_owned() });
+            }
             return Err(NetworkError::NoSlave {
                 file: file.to_owned(),
                 wanted: spec.label(),
