@@ -6,6 +6,7 @@ use std::os::unix::fs::{MetadataExt, PermissionsExt};
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 use didim::live::acquire::{ReceiveBuffer, SharedAcquisition};
@@ -187,7 +188,11 @@ fn a_client_is_reported_what_is_wrong() {
 /// Takes commands on a thread of its own until the test is over. Reloads are refused in words,
 /// after a while.
 fn commanded(path: &Path) -> tokio::sync::oneshot::Sender<()> {
-    let socket = Socket::listen(path, 0o600, None).unwrap();
+    serve_refusals(Socket::listen(path, 0o600, None).unwrap(), Arc::default())
+}
+
+/// The same on a socket that is listening already. Counts the reloads.
+fn serve_refusals(socket: Socket, reloads: Arc<AtomicUsize>) -> tokio::sync::oneshot::Sender<()> {
     let (stop, stopped) = tokio::sync::oneshot::channel();
     std::thread::spawn(move || {
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
@@ -196,6 +201,7 @@ fn commanded(path: &Path) -> tokio::sync::oneshot::Sender<()> {
             let dispatcher = Dispatcher { windows: None, reload: Some(reload) };
             let refuse = async {
                 while let Some(answer) = asked.recv().await {
+                    reloads.fetch_add(1, Ordering::Relaxed);
                     tokio::time::sleep(Duration::from_millis(300)).await;
                     let _ = answer.send(Err("line 7\n  | wrong".to_owned()));
                 }
@@ -305,6 +311,27 @@ fn clients_that_say_nothing_hold_no_command_up() {
         assert_eq!(answer, "error: line 7 | wrong\n");
     }
     drop(silent);
+}
+
+/// As for a process that was stopped: the socket takes the command, and the client gives up.
+#[test]
+fn a_command_whose_client_is_gone_is_not_carried_out() {
+    let folder = folder();
+    let path = folder.path().join("command");
+    let socket = Socket::listen(&path, 0o600, None).unwrap();
+    let reloads = Arc::<AtomicUsize>::default();
+    let mut gone = UnixStream::connect(&path).unwrap();
+    gone.write_all(b"reload\n").unwrap();
+    drop(gone);
+    // It has only finished sending.
+    let mut waiting = UnixStream::connect(&path).unwrap();
+    waiting.write_all(b"reload\n").unwrap();
+    waiting.shutdown(std::net::Shutdown::Write).unwrap();
+    let _stop = serve_refusals(socket, Arc::clone(&reloads));
+    let mut answer = String::new();
+    waiting.read_to_string(&mut answer).unwrap();
+    assert_eq!(answer, "error: line 7 | wrong\n");
+    assert_eq!(reloads.load(Ordering::Relaxed), 1);
 }
 
 #[test]

@@ -38,7 +38,18 @@ pub enum ClientError {
         /// The remedy.
         remedy: &'static str,
     },
-    /// The connection failed, or took too long.
+    /// The service did not answer in time. Its process may be stopped, or the machine overloaded.
+    #[error(
+        "no answer at {} within {} s; look whether its process is stopped or the machine busy. A \
+         command without an answer is not carried out later",
+        path.display(),
+        TIMEOUT.as_secs()
+    )]
+    NoAnswer {
+        /// The path.
+        path: PathBuf,
+    },
+    /// The connection failed.
     #[error("asking at {} failed: {cause}", path.display())]
     Io {
         /// The path.
@@ -94,9 +105,7 @@ pub fn fetch_status(path: &Path) -> Result<Snapshot, ClientError> {
 /// [`ClientError`].
 pub fn send_request(path: &Path, request: &Request) -> Result<String, ClientError> {
     let mut stream = connect(path)?;
-    stream
-        .write_all(format!("{request}\n").as_bytes())
-        .map_err(|cause| ClientError::Io { path: path.to_owned(), cause })?;
+    stream.write_all(format!("{request}\n").as_bytes()).map_err(|cause| failed(path, cause))?;
     let answer = read(stream, path)?;
     let answer = answer.trim_end();
     match answer.strip_prefix("ok: ") {
@@ -142,10 +151,18 @@ fn read(stream: UnixStream, path: &Path) -> Result<String, ClientError> {
     match read {
         Ok(0) => Err(ClientError::Busy { path: path.to_owned() }),
         Ok(_) => Ok(answer),
-        Err(cause) if cause.kind() == io::ErrorKind::ConnectionReset => {
-            Err(ClientError::Busy { path: path.to_owned() })
-        }
-        Err(cause) => Err(ClientError::Io { path: path.to_owned(), cause }),
+        Err(cause) => Err(failed(path, cause)),
+    }
+}
+
+/// Returns the error of a connection that failed.
+fn failed(path: &Path, cause: io::Error) -> ClientError {
+    let path = path.to_owned();
+    match cause.kind() {
+        io::ErrorKind::ConnectionReset => ClientError::Busy { path },
+        // The end of a socket's timeout.
+        io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut => ClientError::NoAnswer { path },
+        _ => ClientError::Io { path, cause },
     }
 }
 

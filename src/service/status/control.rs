@@ -6,6 +6,7 @@ use std::io;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use didim_dynamics::robot::is_hidden;
+use rustix::event::{PollFd, PollFlags, Timespec};
 use tokio::io::{AsyncBufReadExt, AsyncReadExt, AsyncWriteExt, BufReader};
 use tokio::net::UnixStream;
 
@@ -52,6 +53,12 @@ async fn serve_client(
     let mut read = BufReader::with_capacity(MAX_REQUEST, read.take(MAX_REQUEST as u64 + 1));
     tokio::time::timeout(CLIENT_TIMEOUT, read.read_until(b'\n', &mut line)).await??;
     is_kept.store(true, Ordering::Relaxed);
+    // A process that was stopped reads a line late, and its client has given up meanwhile.
+    if has_hung_up(write.as_ref()) {
+        let command = one_line(&String::from_utf8_lossy(&line), MAX_REQUEST);
+        tracing::warn!(command, "a command is not carried out, because its client is gone");
+        return Ok(());
+    }
     let answer = match parse_request(&line) {
         Err(error) => refusal_line(&error.to_string()),
         Ok(request) => match dispatcher.dispatch(request).await {
@@ -60,6 +67,14 @@ async fn serve_client(
         },
     };
     tokio::time::timeout(CLIENT_TIMEOUT, write.write_all(answer.as_bytes())).await?
+}
+
+/// Returns true if the client has closed its end, so that nobody reads the answer. A client that
+/// has only finished sending still waits for it.
+fn has_hung_up(client: &UnixStream) -> bool {
+    let mut polled = [PollFd::new(client, PollFlags::empty())];
+    let found = rustix::event::poll(&mut polled, Some(&Timespec::default()));
+    found.is_ok() && polled[0].revents().contains(PollFlags::HUP)
 }
 
 /// Formats a reason of a refusal as one line.
