@@ -67,7 +67,7 @@ impl<'a> Samples<'a> {
     ) -> Self {
         let clock = match source.stamp_clock() {
             StampClock::Realtime => Some(ClockMap::new(clocks())),
-            StampClock::Own => None,
+            StampClock::Bus | StampClock::Own => None,
         };
         let batch = Vec::with_capacity(frames.max(1));
         Self { source, assembler, clock, clocks, tap: None, batch, next_frame: 0, read_ns: 0 }

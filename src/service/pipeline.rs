@@ -161,7 +161,7 @@ fn recording_options<'a>(cell: &'a Cell, paths: &Paths) -> Option<(&'a Recording
 }
 
 /// Returns true if frames come from a file.
-fn reads_log(cell: &Cell) -> bool {
+pub fn reads_log(cell: &Cell) -> bool {
     let is_log = |bus: &BusAddress| matches!(bus, BusAddress::Log(_) | BusAddress::Pcap(_));
     cell.bus().is_ok_and(|bus| bus.sources.iter().any(is_log))
 }
@@ -207,9 +207,10 @@ pub fn build_configuration(
 /// Returns the time of day of a cell's buses.
 fn time_of_day(cell: &Cell) -> TimeOfDay {
     let sources = cell.bus().map_or(&[][..], |bus| &bus.sources);
-    match sources.iter().all(|bus| matches!(bus, BusAddress::Can(_))) {
-        true => TimeOfDay::ThisMachine,
-        false => TimeOfDay::Log { since_1970_ns: 0 },
+    match sources {
+        [BusAddress::Ethercat(_)] => TimeOfDay::Arrival,
+        _ if sources.iter().all(|bus| matches!(bus, BusAddress::Can(_))) => TimeOfDay::ThisMachine,
+        _ => TimeOfDay::Log { since_1970_ns: 0 },
     }
 }
 

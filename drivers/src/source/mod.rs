@@ -47,6 +47,9 @@ pub enum StampClock {
     /// The computer's CLOCK_REALTIME, which is set and slewed while frames arrive: map it with
     /// [`crate::clock`] before comparing stamps.
     Realtime,
+    /// A clock of the bus, which never steps and drifts against those of the computer. A frame has
+    /// just arrived.
+    Bus,
     /// The source's own clock, which never steps: that of a log, or of a simulation.
     Own,
 }

@@ -92,7 +92,7 @@ impl Acquisition {
         shared.set_interfaces(source.interfaces());
         let frame_time = match source.stamp_clock() {
             StampClock::Realtime => FrameTime::Stamp,
-            StampClock::Own => FrameTime::Read,
+            StampClock::Bus | StampClock::Own => FrameTime::Read,
         };
         let counts = AcquisitionCounts { frame_time, ..AcquisitionCounts::default() };
         // The initial counts are published before the first latency.

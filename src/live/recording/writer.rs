@@ -321,10 +321,12 @@ impl RingWriter {
     fn begin(&mut self, stamp_ns: u64) -> Result<(), WritingError> {
         let mut info = self.info.clone();
         // Each file has its own clock offset, because the wall clock may be set between two files.
-        if self.clock == StampClock::Realtime {
-            let now = clock_pair();
-            info.offset_ns = now.realtime_ns.wrapping_sub(now.monotonic_ns).cast_signed();
-        }
+        let now = clock_pair();
+        info.offset_ns = match self.clock {
+            StampClock::Realtime => now.realtime_ns.wrapping_sub(now.monotonic_ns).cast_signed(),
+            StampClock::Bus => now.realtime_ns.wrapping_sub(stamp_ns).cast_signed(),
+            StampClock::Own => info.offset_ns,
+        };
         let create = std::sync::Arc::clone(&self.options.create);
         self.open_ring()?;
         self.give_way()?;
@@ -397,7 +399,7 @@ impl RingWriter {
 
     fn publish(&mut self, ended: bool) {
         let newest = match self.clock {
-            StampClock::Realtime => Some(clock_pair().realtime_ns),
+            StampClock::Realtime | StampClock::Bus => Some(clock_pair().realtime_ns),
             StampClock::Own => None,
         };
         // This call may read a file, so the status must not be locked during the call.

@@ -126,9 +126,10 @@ impl StreamOptions {
         }
         if !self.root.is_absolute() || self.root.as_os_str().len() > MAX_ROOT {
             return refuse(
-                "root",
+                "runtime_directory",
                 format!(
-                    "{} must be an absolute path of at most {MAX_ROOT} bytes",
+                    "{} must be an absolute path of at most {MAX_ROOT} bytes; name a shorter \
+                     folder in the cell or with --runtime",
                     self.root.display()
                 ),
             );

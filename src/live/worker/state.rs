@@ -388,7 +388,12 @@ impl SharedEstimation {
 
     pub(super) fn reject(&self, rejected: RejectedWindow) {
         let cause = rejected.rejection.cause();
-        if let Some(unlogged) = lock(&self.0.log_rate).should_log(cause, Instant::now()) {
+        let unlogged = match rejected.rejection {
+            // At the end there is no later message that could count them; a queue bounds them.
+            Rejection::Stopped | Rejection::NotStored { .. } => Some(0),
+            _ => lock(&self.0.log_rate).should_log(cause, Instant::now()),
+        };
+        if let Some(unlogged) = unlogged {
             let (window, first, last) =
                 (rejected.number, rejected.first_sequence, rejected.last_sequence);
             let why = &rejected.rejection;

@@ -11,6 +11,9 @@ pub enum TimeOfDay {
     /// Current difference between the clocks of this machine. The stamps are from the monotonic
     /// clock, which nobody sets.
     ThisMachine,
+    /// Time of arrival. The stamps are from a clock of the bus, which drifts against those of this
+    /// machine, and the last sample of a window arrives when the window ends.
+    Arrival,
     /// Offset from the log; see [`since_1970_ns`](didim_drivers::source::Source::since_1970_ns).
     Log {
         /// Offset to add \[ns\].
@@ -22,6 +25,9 @@ impl TimeOfDay {
     /// Returns the time at which the first sample of a window was recorded, if known.
     pub(super) fn start(self, window: &Window) -> Option<RecordingStart> {
         let since_1970_ns = match self {
+            Self::Arrival => {
+                i128::from(clock_pair().realtime_ns) - i128::from(window.samples.last()?.stamp_ns)
+            }
             Self::ThisMachine => {
                 let now = clock_pair();
                 i128::from(now.realtime_ns) - i128::from(now.monotonic_ns)
@@ -68,6 +74,9 @@ mod tests {
             start_here.is_some(),
             RecordingStart::of_unix_ns(now.realtime_ns.into()).is_some()
         );
+        // A clock of the bus, of any zero: a window of one sample has just arrived.
+        let arrived = start_of(7, TimeOfDay::Arrival);
+        assert!(arrived >= start_here && (arrived.is_some() == start_here.is_some()));
         assert_eq!(
             start_of(0, TimeOfDay::ThisMachine) < start_here,
             start_here.is_some(),

@@ -240,10 +240,9 @@ impl Source for TapSource {
         InterfaceFaults::new([fault].into_iter())
     }
 
-    /// Returns [`StampClock::Own`] if the distributed clock gives the stamps, because this clock is
-    /// not a clock of the computer.
+    /// Returns [`StampClock::Bus`] if the distributed clock gives the stamps.
     fn stamp_clock(&self) -> StampClock {
-        if self.decoder.has_clock() { StampClock::Own } else { StampClock::Realtime }
+        if self.decoder.has_clock() { StampClock::Bus } else { StampClock::Realtime }
     }
 }
 
@@ -326,7 +325,7 @@ reference = { object = "607A:00", unit = "count", valid = "next-sync" }
         let open_tap =
             |name| TapSource::open(InterfaceName::new(name).unwrap(), &layout, 1 << 20, false);
         let mut tap = open_tap("tap0").unwrap();
-        assert!(tap.receive_buffer_bytes() > Some(0) && tap.stamp_clock() == StampClock::Own);
+        assert!(tap.receive_buffer_bytes() > Some(0) && tap.stamp_clock() == StampClock::Bus);
         let wire = Socket::new_packet().unwrap();
         let device = device_state(&wire, InterfaceName::new("tap1").unwrap()).unwrap().index;
         wire.bind_packets(device, ETHERCAT_TYPE).unwrap();
