@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use didim_dynamics::robot::JointIndex;
 use didim_identification::identification::{
     ChosenCutoff, Estimate, KnownArm, KnownModel, Method, ModelUncertainty, ParameterCovariance,
-    ParameterEstimate, ReachedRange, Use, UseVerdict, Verdict,
+    ParameterEstimate, ReachedRange, SCHEMA, Use, UseVerdict, Verdict,
 };
 use serde::Deserialize;
 use serde::de::{Error as _, IgnoredAny};
@@ -136,10 +136,14 @@ pub(super) fn parse_result(text: &[u8]) -> Result<(Option<String>, Estimate), se
         }
         None => (None, serde_json::from_slice::<Estimate>(text)?),
     };
-    match estimate.robot.is_empty() {
-        true => Err(serde_json::Error::missing_field("robot")),
-        false => Ok((configuration, estimate)),
+    if estimate.robot.is_empty() {
+        return Err(serde_json::Error::missing_field("robot"));
     }
+    if estimate.schema > SCHEMA {
+        let why = format!("schema {} is of a later version of this program", estimate.schema);
+        return Err(serde_json::Error::custom(why));
+    }
+    Ok((configuration, estimate))
 }
 
 /// Returns the RMS residuals, scaled by the median factor by which coloured residuals increase the

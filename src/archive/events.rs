@@ -230,11 +230,23 @@ fn read_file(path: &Path, events: &mut Vec<Event>) -> io::Result<()> {
         opened => opened?,
     };
     let mut reader = BufReader::new(file);
-    let mut line = Vec::new();
+    let (mut line, mut number, mut skipped) = (Vec::new(), 0, Vec::new());
     // A longer line is read in pieces. No piece is an event.
     while (&mut reader).take(MAX_LINE).read_until(b'\n', &mut line)? > 0 {
-        events.extend(serde_json::from_slice::<Event>(&line).ok());
+        number += 1;
+        match serde_json::from_slice::<Event>(&line) {
+            Ok(event) => events.push(event),
+            Err(_) => skipped.push(number),
+        }
         line.clear();
+    }
+    if let Some(line) = skipped.first() {
+        tracing::warn!(
+            "{}, line {line}: no event; incomplete, damaged or of a later version; such lines are \
+             skipped: {}",
+            path.display(),
+            skipped.len()
+        );
     }
     Ok(())
 }

@@ -34,12 +34,20 @@ pub struct Baseline {
     pub available: ModelContext,
 }
 
+/// Returns the remedy for an error of the file system.
+fn remedy(cause: &io::Error) -> &'static str {
+    match cause.kind() {
+        io::ErrorKind::PermissionDenied => "run the command as the service's user",
+        _ => "the folder needs free space, and a disk that works",
+    }
+}
+
 /// Error when reading or setting a baseline.
 #[derive(Debug, thiserror::Error)]
 pub enum BaselineError {
     /// The file system refused access. Check the permissions of the folder, which the service's
     /// user owns.
-    #[error("cannot {action} {}: {cause}; run the command as the service's user", path.display())]
+    #[error("cannot {action} {}: {cause}; {}", path.display(), remedy(cause))]
     Io {
         /// The attempted operation.
         action: &'static str,

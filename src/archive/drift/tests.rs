@@ -187,6 +187,18 @@ fn what_is_not_comparable_is_said_and_changes_no_alarm() {
 }
 
 #[test]
+fn a_rebuilt_line_is_compared_if_its_configuration_is_the_same() {
+    let rebuilt = |configuration: &str| HistoryLine {
+        regrouping: String::new(),
+        configuration: configuration.into(),
+        ..line(2, 6.0)
+    };
+    assert_eq!(check_comparable(&line(1, 6.0), &rebuilt("c0ffee")), Ok(()));
+    let other = check_comparable(&line(1, 6.0), &rebuilt("another"));
+    assert_eq!(other, Err(NotComparable::OtherRegrouping { result: 2, other: 1 }));
+}
+
+#[test]
 fn a_payload_is_the_baselines_unless_another_is_noted() {
     let noted = |kg: Option<f64>| HistoryLine { note: kg.and_then(payload), ..line(1, 6.0) };
     let cases = [

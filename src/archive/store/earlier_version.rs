@@ -4,7 +4,7 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use didim_identification::identification::ModelUncertainty;
+use didim_identification::identification::{ModelUncertainty, SCHEMA};
 use serde_json::Value;
 
 use super::error::{StoreError, io_error};
@@ -79,8 +79,17 @@ impl EarlierVersion {
         // Locks the folder, completes the history, and removes incomplete files.
         let store = Store::open(folder, DEFAULT_KEEP)?;
         let mut layout = EarlierLayout::default();
-        for path in store.result_files()?.into_iter().chain([folder.join(BASELINE)]) {
-            layout.rewritten += usize::from(rewrite(&path)?);
+        let files: Vec<PathBuf> =
+            store.result_files()?.into_iter().chain([folder.join(BASELINE)]).collect();
+        // A damaged file stops the work before it begins.
+        for path in &files {
+            in_schema_1(path)?;
+        }
+        for path in files {
+            if let Some(json) = in_schema_1(&path)? {
+                replace(&path, |out| out.write_all(&json)).map_err(io_error("write", &path))?;
+                layout.rewritten += 1;
+            }
         }
         (layout.lines, layout.files_moved) = join_history(folder)?;
         drop(store);
@@ -88,17 +97,21 @@ impl EarlierVersion {
     }
 }
 
-/// Writes a result or a baseline in the layout of schema 1. Returns false if it is so already, or
-/// not there.
-fn rewrite(path: &Path) -> Result<bool, EarlierVersionError> {
+/// Returns a result or a baseline in the layout of schema 1, or `None` if it is so already, or not
+/// there.
+fn in_schema_1(path: &Path) -> Result<Option<Vec<u8>>, EarlierVersionError> {
     let content = match read_bytes(path) {
-        Err(problem) if problem.is_missing() => return Ok(false),
+        Err(problem) if problem.is_missing() => return Ok(None),
         content => content,
     };
     let wrong = |problem: String| EarlierVersionError::Format { path: path.to_owned(), problem };
     let content = content.map_err(|problem| wrong(problem.to_string()))?;
     let mut value: Value =
         serde_json::from_slice(&content).map_err(|problem| wrong(problem.to_string()))?;
+    let later = value.get("schema").and_then(Value::as_u64).filter(|of| *of > SCHEMA.into());
+    if let Some(later) = later {
+        return Err(wrong(format!("it has schema {later}, of a later version than this one")));
+    }
     let mut is_changed = lower_schema(&mut value);
     // A baseline has the uncertainty itself.
     let holder = match value.get_mut("estimate") {
@@ -116,12 +129,12 @@ fn rewrite(path: &Path) -> Result<bool, EarlierVersionError> {
         *stored = serde_json::to_value(uncertainty.to_schema_1()).map_err(StoreError::Format)?;
         is_changed = true;
     }
-    if is_changed {
-        let mut json = serde_json::to_vec(&value).map_err(StoreError::Format)?;
-        json.push(b'\n');
-        replace(path, |out| out.write_all(&json)).map_err(io_error("write", path))?;
+    if !is_changed {
+        return Ok(None);
     }
-    Ok(is_changed)
+    let mut json = serde_json::to_vec(&value).map_err(StoreError::Format)?;
+    json.push(b'\n');
+    Ok(Some(json))
 }
 
 /// Replaces schema 2 by 1.
@@ -199,6 +212,23 @@ mod tests {
         }
         for version in ["", "0.1.0", "0.3.0", "0.2.1", "2"] {
             assert_eq!(EarlierVersion::parse(version), None);
+        }
+    }
+
+    /// A damaged result, and one of a later version: the folder stays as it is.
+    #[test]
+    fn a_damaged_file_stops_the_work_before_it_begins() {
+        for (damaged, says) in [("{\"schema\":2", "EOF"), ("{\"schema\":7}", "schema 7")] {
+            let folder = tempfile::tempdir().unwrap();
+            let result = |number| folder.path().join(format!("result-{number:08}.json"));
+            fs::write(result(0), "{\"schema\":2}").unwrap();
+            fs::write(result(1), damaged).unwrap();
+            let refused = EarlierVersion::V0_2.write_folder(folder.path()).unwrap_err().to_string();
+            assert!(
+                refused.contains("result-00000001.json") && refused.contains(says),
+                "{refused}"
+            );
+            assert_eq!(fs::read_to_string(result(0)).unwrap(), "{\"schema\":2}");
         }
     }
 

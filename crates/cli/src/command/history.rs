@@ -97,7 +97,8 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     }
     if let (Some(path), Some(format)) = (&arguments.out, format) {
         write_whole(path, |out| {
-            write_long_table(&history, format, &chosen, out).map_err(CliError::from_failure)
+            write_long_table(&history, format, &chosen, out)
+                .map_err(|error| CliError::in_file(path, error))
         })?;
     }
     if arguments.json {
@@ -173,14 +174,7 @@ fn read_folder(
 ) -> Result<JudgedHistory, CliError> {
     let baseline = Baseline::read(folder).map_err(CliError::from_failure)?;
     let history = JudgedHistory::read(folder, baseline, options, requested);
-    let history = history.map_err(CliError::from_failure)?;
-    if history.passed_over > 0 {
-        tracing::warn!(
-            "lines of the history skipped as incomplete, unknown or of a later version: {}",
-            history.passed_over
-        );
-    }
-    Ok(history)
+    history.map_err(CliError::from_failure)
 }
 
 /// Reads two result files as the results 1 and 2 of a history.

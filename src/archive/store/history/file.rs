@@ -30,6 +30,15 @@ pub enum HistoryError {
         /// The folder.
         folder: PathBuf,
     },
+    /// A file is damaged. Without it, the other parts are read.
+    #[error(
+        "{} is damaged: no complete zstd file; restore it from a copy, or move it away",
+        path.display()
+    )]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+    },
     /// The file system refused access. Check the permissions of the file.
     #[error("cannot read {}: {cause}; check its permissions", path.display())]
     Io {
@@ -42,7 +51,11 @@ pub enum HistoryError {
 
 fn read_failure(path: &Path) -> impl FnOnce(io::Error) -> HistoryError {
     let path = path.to_owned();
-    move |cause| HistoryError::Io { path, cause }
+    move |cause| match cause.raw_os_error() {
+        // The decoder of compressed lines found no fault of the system.
+        None => HistoryError::Damaged { path },
+        Some(_) => HistoryError::Io { path, cause },
+    }
 }
 
 /// Calls a function with each line of the history of a results folder, oldest first: the rows of
@@ -62,22 +75,25 @@ pub fn for_each_line(
     }
     for_each_day(folder, &mut take)?;
     let mut passed_over = 0;
-    let mut take_all = |file: &mut dyn Read| {
-        scan(file, |_, line| line.into_iter().for_each(&mut take))
-            .map(|scanned| passed_over += scanned.passed_over)
+    let mut take_all = |path: &Path, file: &mut dyn Read| {
+        let scanned = scan(file, |_, line| line.into_iter().for_each(&mut take))?;
+        scanned.warn_of_skipped_lines(path);
+        passed_over += scanned.passed_over;
+        io::Result::Ok(())
     };
     for number in segments {
         match open_segment(folder, number) {
             // The writer has replaced it by rows of days since.
             Err(cause) if cause.kind() == io::ErrorKind::NotFound => {}
             opened => {
-                let taken = opened.and_then(|mut segment| take_all(&mut segment));
-                taken.map_err(read_failure(&segment_path(folder, number)))?;
+                let path = segment_path(folder, number);
+                let taken = opened.and_then(|mut segment| take_all(&path, &mut segment));
+                taken.map_err(read_failure(&path))?;
             }
         }
     }
     if let Some(mut current) = current {
-        take_all(&mut current).map_err(read_failure(&path))?;
+        take_all(&path, &mut current).map_err(read_failure(&path))?;
     }
     Ok(passed_over)
 }
@@ -87,13 +103,11 @@ pub fn for_each_line(
 /// # Errors
 /// [`HistoryError::Io`].
 pub fn for_each_day(folder: &Path, mut take: impl FnMut(HistoryLine)) -> Result<(), HistoryError> {
-    let scanned = open_days(folder).and_then(|days| {
-        days.map_or(Ok(()), |file| {
-            scan(file, |_, line| line.into_iter().for_each(&mut take)).map(drop)
-        })
-    });
     let path = folder.join(days::FILE_NAME);
-    scanned.map_err(|cause| HistoryError::Io { path, cause })
+    let Some(file) = open_days(folder).map_err(read_failure(&path))? else { return Ok(()) };
+    let scanned = scan(file, |_, line| line.into_iter().for_each(&mut take));
+    scanned.map_err(read_failure(&path))?.warn_of_skipped_lines(&path);
+    Ok(())
 }
 
 /// Returns the numbers of the segments, and the opened file of the newest lines. Both belong
@@ -215,7 +229,7 @@ impl HistoryFile {
                 }
                 // It stays as it is, and is reported to its readers.
                 Err(cause) => {
-                    tracing::warn!("{}: {cause}", segment_path(folder, *number).display());
+                    tracing::warn!("{}", read_failure(&segment_path(folder, *number))(cause));
                 }
             }
         }
@@ -242,13 +256,7 @@ impl HistoryFile {
                 scanned.map_err(io_error("read", &path))?
             }
         };
-        if scan.passed_over > 0 {
-            tracing::warn!(
-                "{}: lines skipped as incomplete, unknown or of a later version: {}",
-                path.display(),
-                scan.passed_over
-            );
-        }
+        scan.warn_of_skipped_lines(&path);
         let history = Self {
             folder: folder.to_owned(),
             path,

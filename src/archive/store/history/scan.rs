@@ -1,6 +1,7 @@
 //! Lines of a file of the history.
 
 use std::io::{self, BufRead, BufReader, Read};
+use std::path::Path;
 
 use serde::Deserialize;
 
@@ -20,6 +21,8 @@ pub(super) struct HistoryContent {
     pub(super) lines: usize,
     /// Number of unreadable lines, including those of a later version.
     pub(super) passed_over: usize,
+    /// The first of them, counted from 1.
+    pub(super) first_passed_over: Option<usize>,
     /// Result number of the last line of this program, if the line contains it.
     pub(super) last_result: Option<u64>,
 }
@@ -56,12 +59,12 @@ pub(super) fn scan(
 ) -> io::Result<HistoryContent> {
     let mut reader = BufReader::new(file);
     let (mut scan, mut line) = (HistoryContent::default(), Vec::new());
-    loop {
+    for number in 1.. {
         line.clear();
         // A longer line is read in pieces. No piece is a valid line.
         let read = (&mut reader).take(MAX_LINE).read_until(b'\n', &mut line)?;
         if read == 0 {
-            return Ok(scan);
+            break;
         }
         scan.length += read as u64;
         let is_complete = line.ends_with(b"\n");
@@ -72,10 +75,32 @@ pub(super) fn scan(
             Some((result, context)) => {
                 scan.lines += 1;
                 scan.last_result = result;
-                scan.passed_over += usize::from(context.is_none());
+                if context.is_none() {
+                    scan.pass_over(number);
+                }
                 take(&line, context);
             }
-            None => scan.passed_over += 1,
+            None => scan.pass_over(number),
+        }
+    }
+    Ok(scan)
+}
+
+impl HistoryContent {
+    fn pass_over(&mut self, line: usize) {
+        self.passed_over += 1;
+        self.first_passed_over.get_or_insert(line);
+    }
+
+    /// Names the lines that were skipped, in the log.
+    pub(super) fn warn_of_skipped_lines(&self, path: &Path) {
+        if let Some(line) = self.first_passed_over {
+            tracing::warn!(
+                "{}, line {line}: incomplete, damaged or of a later version; such lines are \
+                 skipped: {}",
+                path.display(),
+                self.passed_over
+            );
         }
     }
 }
