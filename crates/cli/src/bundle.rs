@@ -21,6 +21,10 @@ pub(crate) const MAX_BYTES: u64 = 256 << 20;
 const CONTENTS: &str = "bundle.json";
 /// Name of the recording in the archive.
 pub(crate) const RECORDING: &str = "recording.mcap";
+/// Folder of the files of the configuration in the archive.
+const CONFIGURATION: &str = "configuration/";
+/// Name of the journal in the archive.
+pub(crate) const JOURNAL: &str = "journal.txt";
 /// Version of the table of contents.
 const SCHEMA: u32 = 1;
 
@@ -67,9 +71,28 @@ impl Bundle {
     pub(crate) fn add_configuration(&mut self, files: Vec<(PathBuf, String)>) {
         for (number, (path, text)) in files.into_iter().enumerate() {
             let file = path.file_name().unwrap_or_default().to_string_lossy();
-            let name = format!("configuration/{number}-{file}");
+            let name = format!("{CONFIGURATION}{number}-{file}");
             self.add(&name, text.into_bytes());
             self.contents.configuration.push((path, name));
+        }
+    }
+
+    /// Removes secrets and the names of the machine and of its users from all texts.
+    pub(crate) fn remove_secrets(&mut self, machine: &str) {
+        for (name, content) in &mut self.members {
+            let Ok(text) = std::str::from_utf8(content) else { continue };
+            // The files of the service have no secret, and may be one line.
+            let of_people = name.starts_with(CONFIGURATION) || name == JOURNAL;
+            let text = if of_people { without_secrets(text) } else { text.to_owned() };
+            *content = without_names(&text, machine).into_bytes();
+        }
+        let paths = self.contents.configuration.iter_mut().map(|(path, _)| path);
+        for path in paths.chain([&mut self.contents.cell]) {
+            *path = without_names(&path.to_string_lossy(), machine).into();
+        }
+        for (part, why) in &mut self.contents.left_out {
+            *part = without_names(part, machine);
+            *why = without_names(&without_secrets(why), machine);
         }
     }
 
@@ -103,6 +126,65 @@ impl Bundle {
         let archive = archive.into_inner().map_err(CliError::from_failure)?;
         Ok(compress_to_vec(archive.as_slice(), CompressionLevel::Fastest))
     }
+}
+
+/// Words that name a secret, before its value.
+const SECRETS: [&str; 5] = ["password", "passwd", "passphrase", "secret", "token"];
+
+/// Replaces values of secrets to the end of their line.
+fn without_secrets(text: &str) -> String {
+    let mut remaining = String::with_capacity(text.len());
+    for line in text.split_inclusive('\n') {
+        match begin_of_secret(line) {
+            Some(begin) => remaining += &format!("{} \"removed\"\n", &line[..begin]),
+            None => remaining += line,
+        }
+    }
+    remaining
+}
+
+/// Returns the place after the sign that follows the first word for a secret.
+fn begin_of_secret(line: &str) -> Option<usize> {
+    let lower = line.to_ascii_lowercase();
+    let words = SECRETS.iter().filter_map(|word| Some(lower.find(word)? + word.len()));
+    let signs = words.filter_map(|end| Some(end + line[end..].find(['=', ':'])? + 1));
+    signs.min()
+}
+
+/// Replaces the name of the machine where it stands as a word, and the names of users in the paths
+/// of their folders.
+fn without_names(text: &str, machine: &str) -> String {
+    without_users(&without_word(text, machine))
+}
+
+/// Replaces the name of the machine where it stands as a word.
+fn without_word(text: &str, name: &str) -> String {
+    if name.is_empty() {
+        return text.to_owned();
+    }
+    let is_word =
+        |each: Option<char>| each.is_some_and(|each| each.is_alphanumeric() || each == '_');
+    let (mut rest, mut replaced) = (text, String::with_capacity(text.len()));
+    while let Some((before, after)) = rest.split_once(name) {
+        let begun = before.chars().next_back().or_else(|| replaced.chars().next_back());
+        let is_name = !is_word(begun) && !is_word(after.chars().next());
+        replaced += before;
+        replaced += if is_name { "machine" } else { name };
+        rest = after;
+    }
+    replaced + rest
+}
+
+/// Replaces the names of users in paths of their folders.
+fn without_users(text: &str) -> String {
+    let mut parts = text.split("/home/");
+    let mut replaced = parts.next().unwrap_or_default().to_owned();
+    for part in parts {
+        let end = part.find(|each: char| each == '/' || each.is_whitespace() || each == '"');
+        replaced += "/home/user";
+        replaced += &part[end.unwrap_or(part.len())..];
+    }
+    replaced
 }
 
 /// A bundle whose files are in a temporary folder.
@@ -192,4 +274,21 @@ fn unpack(archive: Vec<u8>, folder: &Path) -> io::Result<()> {
         }
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_bundle_has_no_secret_and_no_name() {
+        let text = "# Password: hunter2\nbroker_password = \"hunter2\"\nrobot = \
+            \"/home/me/arm.urdf\"\nat arm-7, not arm-71 or charm-7\n";
+        assert_eq!(
+            without_names(&without_secrets(text), "arm-7"),
+            "# Password: \"removed\"\nbroker_password = \"removed\"\nrobot = \
+             \"/home/user/arm.urdf\"\nat machine, not arm-71 or charm-7\n"
+        );
+        assert_eq!(without_word("a b", ""), "a b");
+    }
 }

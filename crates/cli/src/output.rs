@@ -118,16 +118,22 @@ fn check_is_new(path: &Path, read: &[&Path]) -> Result<(), CliError> {
     }
 }
 
-fn write_error(path: &Path, error: &std::io::Error) -> CliError {
+pub(super) fn write_error(path: &Path, error: &std::io::Error) -> CliError {
     // The error of a temporary file contains the temporary name, which does not help the user.
     let error =
         error.raw_os_error().map_or_else(|| error.kind().into(), std::io::Error::from_raw_os_error);
-    CliError::in_file(path, format!("{error}; name a file in a writable folder"))
+    let remedy = match error.kind() {
+        std::io::ErrorKind::StorageFull => "make room, or name a file on another disk",
+        _ => "name a file in a writable folder",
+    };
+    CliError::in_file(path, format!("{error}; {remedy}"))
 }
 
 /// Writes a text like [`write_whole`].
 pub(super) fn write_text(path: &Path, text: &str) -> Result<(), CliError> {
-    write_whole(path, |out| out.write_all(text.as_bytes()).map_err(CliError::from_failure))
+    write_whole(path, |out| {
+        out.write_all(text.as_bytes()).map_err(|error| write_error(path, &error))
+    })
 }
 
 /// Writes the figure of measured and predicted torque.

@@ -1,6 +1,6 @@
 //! Selection of the folder of results.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 
@@ -31,6 +31,20 @@ impl WhichState {
     /// Returns the folder of the results and the drift options.
     pub(super) fn find(&self) -> Result<(PathBuf, DriftOptions), CliError> {
         let service = self.read_cell()?.map_or_else(ServiceSection::default, |cell| cell.service);
+        if let Some(folder) = &self.state {
+            check_is_folder(folder)?;
+        }
         Ok((self.state.clone().unwrap_or(service.state_directory), service.drift))
     }
+}
+
+/// Checks that a folder of results that a command names is there and can be read. The folder of a
+/// cell is not there before its first result.
+///
+/// # Errors
+/// Names the folder.
+pub(super) fn check_is_folder(folder: &Path) -> Result<(), CliError> {
+    let Err(cause) = std::fs::read_dir(folder) else { return Ok(()) };
+    let why = format!("{cause}; name the folder of the results with --state");
+    Err(CliError::in_file(folder, why))
 }

@@ -1,6 +1,8 @@
 //! `didim bundle`: what it packs, and that a replay of it gives the result of the recording.
 
+use std::ffi::OsStr;
 use std::fs;
+use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 
 use crate::program::{didim, json, repository, results, succeed};
@@ -15,7 +17,7 @@ fn a_replay_of_a_bundle_gives_the_result_of_its_recording() {
     let (cell, recording, state) =
         (repository(CELL), repository(RECORDING), repository("tests/data/stored/state"));
     let name = fs::read_to_string("/proc/sys/kernel/hostname").unwrap();
-    let journal = format!("{} didim[7]: starts\n{0} cron[8]: secret\n", name.trim());
+    let journal = format!("{} didim[7]: starts\n{0} cron[8]: /usr/bin/didim\n", name.trim());
     fs::write(in_folder("journal"), journal).unwrap();
     let bundle = in_folder("arm.tar.zst");
     let said = succeed(&[
@@ -36,6 +38,8 @@ fn a_replay_of_a_bundle_gives_the_result_of_its_recording() {
     ]);
     assert!(said.contains("without status.json: no service at"), "{said}");
     assert!(!said.contains("without result.json"), "{said}");
+    let mode = fs::metadata(&bundle).unwrap().permissions().mode();
+    assert_eq!(format!("{:o}", mode & 0o777), "600");
 
     // Another program reads it.
     let unpacked = in_folder("unpacked");
@@ -114,6 +118,38 @@ fn unpack(bundle: &Path, folder: &Path) {
     let file = fs::File::open(bundle).unwrap();
     let decoder = ruzstd::decoding::StreamingDecoder::new(file).unwrap();
     tar::Archive::new(decoder).unpack(folder).unwrap();
+}
+
+/// What is asked for has to be there, and a cell cannot take any file along.
+#[test]
+fn what_a_bundle_cannot_have_is_named() {
+    let folder = tempfile::Builder::new().prefix("didim-").tempdir().unwrap();
+    let bundle = folder.path().join("arm.tar.zst");
+    let (state, passwd) = (folder.path().join("nosuch"), Path::new("/etc/passwd"));
+    let cases: [(&str, &dyn AsRef<OsStr>, [&str; 2]); 3] = [
+        ("--state", &state, ["nosuch", "--state"]),
+        ("--result", &"77", ["result-00000077.json", "No such file"]),
+        ("--recording", &passwd, ["/etc/passwd", "no MCAP recording"]),
+    ];
+    for (option, value, says) in cases {
+        let output = didim(&[&"bundle", &bundle, &"--cell", &repository(CELL), &option, value]);
+        assert_eq!(output.code, Some(1), "{}", output.stderr);
+        assert!(says.iter().all(|words| output.stderr.contains(words)), "{}", output.stderr);
+        assert!(!bundle.exists());
+    }
+    let cell = folder.path().join("cell.toml");
+    let text = fs::read_to_string(repository(CELL)).unwrap();
+    let dbc = text.lines().find(|line| line.starts_with("dbc = ")).unwrap();
+    let text = text.replace(dbc, "dbc = \"/etc/passwd\"\n# password: hunter2");
+    let config = format!("\"{}/", repository("tests/data/stored/config").display());
+    fs::write(&cell, text.replace("\"../", &config)).unwrap();
+    let said = succeed(&[&"bundle", &bundle, &"--cell", &cell, &"--runtime", &folder.path()]);
+    assert!(said.contains("without /etc/passwd: "), "{said}");
+    let unpacked = folder.path().join("unpacked");
+    fs::create_dir(&unpacked).unwrap();
+    unpack(&bundle, &unpacked);
+    let packed = fs::read_to_string(unpacked.join("configuration/0-cell.toml")).unwrap();
+    assert!(packed.contains("# password: \"removed\"") && !packed.contains("hunter2"), "{packed}");
 }
 
 #[test]

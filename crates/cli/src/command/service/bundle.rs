@@ -1,16 +1,18 @@
 //! `didim bundle`: packs what a service saw, for somebody who cannot see the machine.
 
 use std::cell::RefCell;
-use std::fs::{self, File};
+use std::fs::{self, File, Permissions};
 use std::io::{Read as _, Seek as _, SeekFrom};
+use std::os::unix::fs::PermissionsExt as _;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
 
 use crate::CliError;
-use crate::bundle::{Bundle, ENDING, MAX_BYTES, RECORDING};
+use crate::bundle::{Bundle, ENDING, JOURNAL, MAX_BYTES, RECORDING};
 use crate::names::DEFAULT_CELL;
-use crate::output::{check_outputs, print, write_whole};
+use crate::output::{check_outputs, print, write_error, write_whole};
+use crate::state::check_is_folder;
 use crate::stream::InputFileOrStream;
 use didim::archive::events::EventSource;
 use didim::archive::store::{history_parts, result_file};
@@ -54,6 +56,9 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         let why = format!("{}: the name of a bundle ends with {ENDING}", out.display());
         return Err(CliError::Usage(why));
     }
+    if let Some(state) = &arguments.state {
+        check_is_folder(state)?;
+    }
     let read: Vec<&Path> = [cell_file].into_iter().chain(recording).map(PathBuf::as_path).collect();
     check_outputs([out], &read)?;
     let mut bundle = Bundle::default();
@@ -72,7 +77,13 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         }
     };
     bundle.contents.cell = cell_file;
-    bundle.add_configuration(files.into_inner());
+    let (named, others): (Vec<_>, Vec<_>) =
+        files.into_inner().into_iter().partition(|(path, _)| is_of_cell(path));
+    bundle.add_configuration(named);
+    for (path, _) in others {
+        let why = "its name is not that of a file of a cell".to_owned();
+        bundle.contents.left_out.push((path.display().to_string(), why));
+    }
     add_service(&mut bundle, arguments, &service)?;
     if let Some(path) = recording {
         let in_file = |cause| CliError::in_file(path, cause);
@@ -80,11 +91,19 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
             let why = format!("it has more than {} MB; pack a shorter one", MAX_BYTES >> 20);
             return Err(CliError::in_file(path, why));
         }
-        bundle.add(RECORDING, fs::read(path).map_err(in_file)?);
+        let recording = fs::read(path).map_err(in_file)?;
+        if !recording.starts_with(&MCAP_MAGIC) {
+            return Err(CliError::in_file(path, "no MCAP recording; name one that was kept"));
+        }
+        bundle.add(RECORDING, recording);
     }
+    bundle.remove_secrets(&of_kernel("hostname"));
     let left_out = bundle.contents.left_out.clone();
     let packed = bundle.pack()?;
-    write_whole(out, |file| file.write_all(&packed).map_err(CliError::from_failure))?;
+    write_whole(out, |file| file.write_all(&packed).map_err(|error| write_error(out, &error)))?;
+    // As little as the folder of the results, it is for everybody of this machine.
+    let private = fs::set_permissions(out, Permissions::from_mode(0o600));
+    private.map_err(|error| write_error(out, &error))?;
     let mut text = format!("{}: {} kB\n", out.display(), packed.len().div_ceil(1000));
     for (part, why) in left_out {
         text += &format!("without {part}: {why}\n");
@@ -109,11 +128,14 @@ fn add_service(
         let input = InputFileOrStream::open(path)?;
         let text = read_end(input.path(), MAX_TEXT);
         let text = text.map_err(|cause| CliError::in_file(path, cause))?;
-        let ours = without_name(&own_lines(&text), &of_kernel("hostname"));
-        bundle.add("journal.txt", ours.into_bytes());
+        bundle.add(JOURNAL, own_lines(&text).into_bytes());
     }
     let result = match arguments.result {
-        Some(number) => result_file(state, number),
+        Some(number) => {
+            let path = result_file(state, number);
+            fs::metadata(&path).map_err(|cause| CliError::in_file(&path, cause))?;
+            path
+        }
         None => state.join("latest.json"),
     };
     let parts = [
@@ -143,7 +165,8 @@ fn add_end(bundle: &mut Bundle, name: &str, path: &Path, limit: u64) {
         let part = format!("the beginning of {name}");
         bundle.contents.left_out.push((part, format!("it has more than {} MB", limit >> 20)));
     }
-    bundle.add_or_explain(name, read_end(path, limit).map_err(|error| error.to_string()));
+    let read = read_end(path, limit).map_err(|error| format!("{}: {error}", path.display()));
+    bundle.add_or_explain(name, read);
 }
 
 /// Reads a file. If it is longer than `limit`, only its end, from the beginning of a line.
@@ -160,28 +183,30 @@ fn read_end(path: &Path, limit: u64) -> std::io::Result<Vec<u8>> {
     Ok(content)
 }
 
-/// Returns the lines of a journal that name this program.
-fn own_lines(journal: &[u8]) -> String {
-    let text = String::from_utf8_lossy(journal);
-    text.lines().filter(|line| line.contains("didim")).flat_map(|line| [line, "\n"]).collect()
+/// Endings of the files that a cell names.
+const ENDINGS: [&str; 8] = ["toml", "dbc", "eds", "dcf", "xml", "urdf", "csv", "pcapng"];
+
+/// Returns true for a file that a cell may name. A wrong one may name any file.
+fn is_of_cell(path: &Path) -> bool {
+    let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+    ENDINGS.contains(&ending.as_str())
 }
 
-/// Replaces the name of the machine where it stands as a word.
-fn without_name(text: &str, name: &str) -> String {
-    if name.is_empty() {
-        return text.to_owned();
-    }
-    let is_word =
-        |each: Option<char>| each.is_some_and(|each| each.is_alphanumeric() || each == '_');
-    let (mut rest, mut replaced) = (text, String::with_capacity(text.len()));
-    while let Some((before, after)) = rest.split_once(name) {
-        let begun = before.chars().next_back().or_else(|| replaced.chars().next_back());
-        let is_name = !is_word(begun) && !is_word(after.chars().next());
-        replaced += before;
-        replaced += if is_name { "machine" } else { name };
-        rest = after;
-    }
-    replaced + rest
+/// First bytes of an MCAP file.
+const MCAP_MAGIC: [u8; 5] = *b"\x89MCAP";
+
+/// Returns the lines that this program, or one of its parts, has written to a journal. The name of
+/// the program stands before the number of the process, `didim[2]: `.
+fn own_lines(journal: &[u8]) -> String {
+    let text = String::from_utf8_lossy(journal);
+    text.lines().filter(|line| is_own(line)).flat_map(|line| [line, "\n"]).collect()
+}
+
+fn is_own(line: &str) -> bool {
+    let head = line.split_once(": ").map_or(line, |(head, _)| head);
+    let program = head.rsplit(' ').next().unwrap_or_default();
+    let program = program.split('[').next().unwrap_or_default();
+    program == "didim" || program.starts_with("didim-")
 }
 
 /// Returns an entry of /proc/sys/kernel; empty if it cannot be read.
@@ -195,15 +220,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_journal_has_our_lines_without_the_name_of_the_machine() {
+    fn a_journal_has_the_lines_of_this_program() {
         let journal = b"Nov 28 arm-7 sshd[1]: password of root\n\
-            Nov 28 arm-7 didim[2]: starts at arm-7, not arm-71 or charm-7\n";
-        let ours = own_lines(journal);
+            Nov 28 arm-7 sudo[4]: me : COMMAND=/usr/bin/didim status\n\
+            2026-11-28T10:00:00+0100 arm-7 didim[2]: starts: now\n\
+            Nov 28 arm-7 didim-publish[3]: sent\n";
         assert_eq!(
-            without_name(&ours, "arm-7"),
-            "Nov 28 machine didim[2]: starts at machine, not arm-71 or charm-7\n"
+            own_lines(journal),
+            "2026-11-28T10:00:00+0100 arm-7 didim[2]: starts: now\n\
+             Nov 28 arm-7 didim-publish[3]: sent\n"
         );
-        assert_eq!(without_name("a b", ""), "a b");
     }
 
     #[test]
