@@ -114,7 +114,7 @@ fn check_stream(file: &CellFile, joints: usize, sample_rate_hz: f64) -> Result<(
     match options {
         Err(StreamError::Option { key: "cell", problem }) => Err(("name", problem)),
         Err(StreamError::Option { key: "buffer_s", problem }) => Err(("service.buffer_s", problem)),
-        Err(StreamError::Option { key: "root", problem }) => Err((
+        Err(StreamError::Option { key: "runtime_directory", problem }) => Err((
             "service.runtime_directory",
             format!("the stream's folder in it, {problem}; choose a shorter one, as /run/didim"),
         )),

@@ -3,6 +3,7 @@
 use std::io::IsTerminal;
 
 use clap::builder::styling::{AnsiColor, Style};
+use didim_dynamics::robot::is_hidden;
 
 use super::CliError;
 use super::output::{print, refuses_colour};
@@ -67,6 +68,11 @@ const COLOURED_PHRASES: [(&str, Style); 15] = [
 /// # Errors
 /// See [`print`].
 pub(super) fn print_for_terminal(text: &str) -> Result<(), CliError> {
+    // Files that were changed by hand may have what a terminal would obey.
+    let is_shown = |each: char| matches!(each, '\n' | '\t') || !is_hidden(each);
+    let shown: String =
+        text.chars().map(|each| if is_shown(each) { each } else { '\u{fffd}' }).collect();
+    let text = shown.as_str();
     let fitted = terminal_width().map(|columns| wrap_text(text, columns.max(MIN_WIDTH)));
     let text = fitted.as_deref().unwrap_or(text);
     if has_colours(&std::io::stdout()) { print(&add_colours(text)) } else { print(text) }

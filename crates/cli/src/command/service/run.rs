@@ -9,12 +9,12 @@ use crate::names::DEFAULT_CELL;
 use didim::analysis::identify::LastIdentification;
 use didim::archive::events::EventSource;
 use didim::cell::{Cell, Processes};
-use didim::live::stream::ServiceNetwork;
+use didim::live::stream::{ServiceNetwork, StreamError};
 use didim::service::limits::require_limits;
 use didim::service::paths::Paths;
 use didim::service::pipeline::{
     PipelineError, archiver_options, build_acquisition, build_estimation, make_recordings,
-    open_source,
+    open_source, reads_log,
 };
 use didim::service::reload::reload_of;
 use didim::service::supervision::{
@@ -46,6 +46,21 @@ enum Part {
     Estimation,
 }
 
+/// Tells a wrong cell, which no second start mends, from a failure of the machine.
+fn of_pipeline(error: PipelineError, cell: &Cell) -> CliError {
+    let is_of_cell = match &error {
+        PipelineError::Cell(_) | PipelineError::Windows(_) | PipelineError::Sources(_) => true,
+        PipelineError::Stream(cause) => matches!(cause, StreamError::Option { .. }),
+        // A log that is named and not there.
+        PipelineError::Source(_) => reads_log(cell),
+        PipelineError::Folder(_) | PipelineError::Limit(_) | PipelineError::OneRun { .. } => false,
+    };
+    match is_of_cell {
+        true => CliError::from_configuration(error),
+        false => CliError::from_failure(error),
+    }
+}
+
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     require_limits().map_err(CliError::from_failure)?;
     let cell = Cell::read_decided(&arguments.cell).map_err(CliError::from_configuration)?;
@@ -54,7 +69,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         paths.state = Some(state.clone());
     }
     if let Some(runtime) = &arguments.runtime {
-        paths.runtime.clone_from(runtime);
+        paths.runtime = std::path::absolute(runtime).map_err(CliError::from_failure)?;
     }
     let part = which_part(arguments.part, cell.service.processes)?;
     paths.create_folders().map_err(CliError::from_failure)?;
@@ -75,11 +90,15 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     };
     let parts = match part {
         None => Parts::Both(
-            acquire().map_err(CliError::from_failure)?,
-            estimate().map_err(CliError::from_failure)?,
+            acquire().map_err(|error| of_pipeline(error, &cell))?,
+            estimate().map_err(|error| of_pipeline(error, &cell))?,
         ),
-        Some(Part::Acquisition) => Parts::Acquisition(acquire().map_err(CliError::from_failure)?),
-        Some(Part::Estimation) => Parts::Estimation(estimate().map_err(CliError::from_failure)?),
+        Some(Part::Acquisition) => {
+            Parts::Acquisition(acquire().map_err(|error| of_pipeline(error, &cell))?)
+        }
+        Some(Part::Estimation) => {
+            Parts::Estimation(estimate().map_err(|error| of_pipeline(error, &cell))?)
+        }
     };
     let service = &cell.service;
     let status = |path| {
