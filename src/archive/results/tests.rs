@@ -1,4 +1,7 @@
-use didim_identification::identification::{Estimate, ParameterEstimate, Verdict};
+use didim_identification::identification::{
+    Estimate, ModelUncertainty, ParameterCovariance, ParameterEstimate, Verdict,
+};
+use nalgebra::DMatrix;
 
 use super::*;
 use crate::archive::drift::Baseline;
@@ -221,6 +224,8 @@ fn a_history_that_cannot_be_written_costs_no_result() {
         status.set_results(results);
         crate::service::status::Health::new(None, Some(&status)).reasons
     };
+    assert_eq!(results.find_equal(&record(6.48, "c0ffee")), Some(0), "its line waits");
+    assert_eq!(results.find_equal(&record(6.5, "c0ffee")), None);
     results.settle();
     let [reason] = &health(&results)[..] else { panic!("{:?}", health(&results)) };
     assert!(reason.starts_with("1 lines of the history wait") && reason.contains("history.jsonl"));
@@ -228,6 +233,19 @@ fn a_history_that_cannot_be_written_costs_no_result() {
     results.settle();
     assert_eq!(health(&results), Vec::<String>::new());
     assert_eq!(crate::archive::store::read_history(folder.path()).unwrap().0.len(), 1);
+}
+
+#[test]
+fn subscribers_get_a_result_without_the_data_for_models() {
+    let mut record = record(6.48, "c0ffee");
+    record.estimate.covariance =
+        Some(ParameterCovariance::from_symmetric(&DMatrix::identity(1, 1)));
+    record.estimate.model_uncertainty = Some(ModelUncertainty::default());
+    let sent = record.for_subscribers();
+    assert_eq!((&sent.estimate.covariance, &sent.estimate.model_uncertainty), (&None, &None));
+    record.estimate.covariance = None;
+    record.estimate.model_uncertainty = None;
+    assert_eq!(sent, record);
 }
 
 #[test]

@@ -108,3 +108,22 @@ fn run_guarded<T>(
 ) -> Result<T, ServiceError> {
     catch_unwind(AssertUnwindSafe(body)).unwrap_or(Err(ServiceError::Panicked { thread }))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_thread_leaves_the_handled_signals_to_the_supervision() {
+        let blocked = std::thread::spawn(|| {
+            block_signals();
+            SigSet::thread_get_mask().unwrap()
+        });
+        let blocked = blocked.join().unwrap();
+        for signal in [Signal::SIGTERM, Signal::SIGINT, Signal::SIGHUP] {
+            assert!(blocked.contains(signal), "{signal}");
+        }
+        // One that nobody handles ends the process wherever it arrives.
+        assert!(!blocked.contains(Signal::SIGUSR1));
+    }
+}

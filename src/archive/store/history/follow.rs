@@ -149,10 +149,8 @@ impl HistoryFollower {
             }
             return Ok((None, false));
         }
-        let Some(mut file) = file else {
-            self.position = Position::Newest(inode, at);
-            return Ok((None, true));
-        };
+        // A file that comes back is another one, whatever its number.
+        let Some(mut file) = file else { return Ok((None, true)) };
         let data = file.metadata()?;
         if file_number(&data) != inode || at > data.len() {
             return Ok((None, false));

@@ -5,6 +5,7 @@ use std::path::Path;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
+use super::days::DaysFile;
 use super::*;
 use crate::archive::store::{ModelDifference, Timestamp};
 use crate::expectation::Expectation;
@@ -220,6 +221,35 @@ fn ten_years_of_a_busy_arm_are_small() {
     let total = day.len() as u64 + 14 * compressed + 3_650 * row;
     println!("day {}, compressed {compressed}, row {row}, in all {total} bytes", day.len());
     assert!(total < 60_000_000, "{} {compressed} {row}: {total}", day.len());
+}
+
+fn days_in(folder: &Path) -> Vec<u64> {
+    let mut days = Vec::new();
+    for_each_day(folder, |line| days.push(line.result)).unwrap();
+    days
+}
+
+/// Rows eleven years after the first, and a day later: with an opened file, and with one that is
+/// opened again.
+#[test]
+fn rows_of_more_than_ten_years_are_removed_from_time_to_time() {
+    let row = |day: u64| day_rows(&[line_of_day(day, 0, day)], day);
+    for is_opened_again in [false, true] {
+        let folder = tempfile::tempdir().unwrap();
+        let mut days = DaysFile::open(folder.path(), None).unwrap();
+        for day in [0, 400, 11 * 366] {
+            days.append(&row(day)).unwrap();
+        }
+        assert_eq!(days_in(folder.path()), [0, 400, 11 * 366]);
+        if is_opened_again {
+            days = DaysFile::open(folder.path(), None).unwrap();
+        }
+        days.append(&row(11 * 366 + 1)).unwrap();
+        assert_eq!(days_in(folder.path()), [400, 11 * 366, 11 * 366 + 1]);
+        // The next removal is due when the oldest row is too old again.
+        days.append(&row(11 * 366 + 300)).unwrap();
+        assert_eq!(days_in(folder.path()).len(), 4);
+    }
 }
 
 #[test]
