@@ -197,12 +197,13 @@ impl Managed {
         UnixStream::connect(Path::new(self.folder.path()).join(name)).unwrap()
     }
 
-    /// It ends well and soon: a second, and what a busy machine takes to start and end a process.
+    /// It ends well, and nothing that is stuck holds it up. A manager kills it after 90 s; a busy
+    /// machine may take seconds.
     fn stops(mut self) {
         let (status, took) = terminate(&mut self.child);
         println!("stopped within {took:?}");
         assert!(status.success(), "{status}");
-        assert!(took < Duration::from_millis(1500), "{took:?}");
+        assert!(took < Duration::from_secs(30), "{took:?}");
         self.manager.expect(0, "STOPPING=1");
         assert!(!self.folder.path().join("status").exists());
     }
