@@ -68,14 +68,17 @@ const COLOURED_PHRASES: [(&str, Style); 15] = [
 /// # Errors
 /// See [`print`].
 pub(super) fn print_for_terminal(text: &str) -> Result<(), CliError> {
-    // Files that were changed by hand may have what a terminal would obey.
-    let is_shown = |each: char| matches!(each, '\n' | '\t') || !is_hidden(each);
-    let shown: String =
-        text.chars().map(|each| if is_shown(each) { each } else { '\u{fffd}' }).collect();
-    let text = shown.as_str();
+    let text = &without_hidden(text);
     let fitted = terminal_width().map(|columns| wrap_text(text, columns.max(MIN_WIDTH)));
     let text = fitted.as_deref().unwrap_or(text);
     if has_colours(&std::io::stdout()) { print(&add_colours(text)) } else { print(text) }
+}
+
+/// Replaces what a terminal would obey and nobody would see, as files that were changed by hand may
+/// have it.
+fn without_hidden(text: &str) -> String {
+    let is_shown = |each: char| matches!(each, '\n' | '\t') || !is_hidden(each);
+    text.chars().map(|each| if is_shown(each) { each } else { '\u{fffd}' }).collect()
 }
 
 fn add_colours(text: &str) -> String {
@@ -146,6 +149,11 @@ fn wrap_line(line: &str, columns: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_a_terminal_would_obey_is_replaced() {
+        assert_eq!(without_hidden("a\u{1b}[2Jb\u{202e}c\td\n"), "a\u{fffd}[2Jb\u{fffd}c\td\n");
+    }
 
     #[test]
     fn long_lines_are_broken_between_words_below_their_last_column() {

@@ -10,7 +10,7 @@ use crate::common::eventually;
 use crate::common::expectation::Expectation;
 use crate::common::manager::{send, terminate};
 use crate::program::cell::Site;
-use crate::program::{Daemon, Installation, json, succeed};
+use crate::program::{Daemon, Installation, didim, json, succeed};
 use didim::archive::events::{EventKind, read_events};
 use didim::live::acquire::{BusState, InterfaceProblem};
 use rustix::process::Signal;
@@ -56,6 +56,18 @@ fn a_stopped_service_continues_and_reports_the_stop() {
 #[test]
 fn a_stopped_estimation_continues_and_reports_the_stop() {
     stop_three_times("estimation", &[("[service]", "[service]\nprocesses = \"two\"")]);
+}
+
+/// No second start mends it, and the manager does not try.
+#[test]
+fn a_bus_that_cannot_be_is_an_error_of_the_cell() {
+    for source in ["log:missing.log", "inproc:"] {
+        let cell = Installation::from_cell("tx40-packed-fd", &[("can:vcan0", source)]);
+        let (file, state) = (cell.path("cell.toml"), cell.state());
+        let runtime = cell.runtime();
+        let output = didim(&[&"run", &"--cell", &file, &"--state", &state, &"--runtime", &runtime]);
+        assert_eq!(output.code, Some(78), "{source}: {}", output.stderr);
+    }
 }
 
 const INSIDE: &str = "DIDIM_TEST_INSIDE_A_NETWORK_OF_ITS_OWN";
