@@ -283,6 +283,8 @@ mod tests {
         let matrix = ObservationMatrix::from_dense(dense.clone(), joints);
         assert_eq!(matrix.dense(), dense);
         assert_eq!((matrix.shape(), matrix.columns_of(2)), (dense.shape(), vec![2, 3]));
+        let acting = (0..columns).filter(|column| matrix.acts_on(2, *column));
+        assert_eq!(acting.collect::<Vec<_>>(), [2, 3]);
         let parameters = DVector::from_fn(columns, |k, _| k as f64 - 1.5);
         assert_eq!(matrix.times_parameters(&parameters), &dense * &parameters);
         let block = dense.view((2 * rows, 2), (rows, 2));

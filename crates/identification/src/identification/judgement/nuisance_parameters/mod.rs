@@ -314,3 +314,23 @@ pub struct Quantity {
     #[serde(deserialize_with = "stored_value::unit")]
     pub unit: Unit,
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn friction_laws_are_those_of_joints_and_motors() {
+        let [joint, neighbour] = [0, 1].map(JointIndex::new);
+        assert!(NuisanceParameter::JointFriction(joint).is_friction());
+        assert!(NuisanceParameter::MotorFriction(MotorIndex::new(0)).is_friction());
+        for other in [
+            NuisanceParameter::Coupling { joint, neighbour },
+            NuisanceParameter::TorqueGain(joint),
+            NuisanceParameter::PositionTorque(joint),
+            NuisanceParameter::LeftOutParameters,
+        ] {
+            assert!(!other.is_friction(), "{other:?}");
+        }
+    }
+}
