@@ -14,6 +14,7 @@ Log messages go to the logger ``didim``.
 """
 
 from ._native import ConfigurationError, DataError, Error, IdentificationError, UsageError, __version__
+from .batches import Batch, Output, Task, batch
 from .cell import BaseParameter, Cell, Robot
 from .commands import (
     Comparison,
@@ -41,6 +42,7 @@ from .table import Parameter, Parameters, UncertainValue
 
 __all__ = [
     "BaseParameter",
+    "Batch",
     "Cell",
     "Comparison",
     "ConfigurationError",
@@ -56,6 +58,7 @@ __all__ = [
     "MethodResult",
     "Motion",
     "NotUsable",
+    "Output",
     "Parameter",
     "Parameters",
     "Payload",
@@ -64,11 +67,13 @@ __all__ = [
     "Result",
     "Robot",
     "Simulation",
+    "Task",
     "UncertainValue",
     "UsageError",
     "UseVerdict",
     "Verdict",
     "__version__",
+    "batch",
     "check",
     "compare",
     "design",

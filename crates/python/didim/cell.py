@@ -271,6 +271,11 @@ class Cell(_Dynamics):
         return self._native.name
 
     @property
+    def configuration(self) -> str:
+        """SHA-256 of the cell and of every file that it names."""
+        return self._native.configuration
+
+    @property
     def sample_rate(self) -> float:
         """Samples per second of its recordings [Hz]."""
         return self._native.sample_rate

@@ -121,6 +121,11 @@ impl Cell {
     }
 
     #[getter]
+    fn configuration(&self) -> &str {
+        &self.cell.configuration_sha256
+    }
+
+    #[getter]
     fn robot(&self) -> &str {
         self.cell.robot.name()
     }
