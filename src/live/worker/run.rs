@@ -14,7 +14,7 @@ use super::load::LoadWatch;
 use super::setup::{WhenBusy, WorkerError, WorkerOptions};
 use super::silence::SilenceWatch;
 use super::state::{SharedEstimation, WindowState};
-use super::time_of_day::TimeOfDay;
+use super::time_of_day::{Arrival, TimeOfDay};
 use super::window::{Loss, Rejection, WindowEvent};
 use super::windower::{CommandError, Windower};
 use crate::live::limits::LiveLimits;
@@ -51,6 +51,8 @@ pub struct Worker {
     shared: SharedEstimation,
     requests: Receiver<Request>,
     last_sample: Option<StreamSample>,
+    /// Arrival of the newest live sample.
+    arrival: Option<Arrival>,
     archiver: Option<(Archiver, ArchiverThread)>,
     silence: SilenceWatch,
     pause_watch: PauseWatch,
@@ -97,6 +99,7 @@ impl Worker {
             shared: shared.clone(),
             requests,
             last_sample: None,
+            arrival: None,
             archiver,
             silence: SilenceWatch::default(),
             pause_watch: PauseWatch::new(LONGEST_SLEEP),
@@ -125,12 +128,17 @@ impl Worker {
                 self.archiver.into_iter().for_each(|(_, thread)| thread.finish());
                 Ok(WorkerEnd::Stopped)
             }
-            Err(ended @ WorkerError::IdentificationEnded) => {
-                // The thread may know why.
-                self.identification.finish(stop)?;
-                Err(ended)
+            Err(error) => {
+                // The thread may know why it has ended.
+                let cause = match error {
+                    WorkerError::IdentificationEnded => self.identification.finish(stop).err(),
+                    _ => None,
+                };
+                // Waiting windows are counted, and their recordings kept.
+                self.shared.give_up();
+                self.archiver.into_iter().for_each(|(_, thread)| thread.finish());
+                Err(cause.unwrap_or(error))
             }
-            Err(error) => Err(error),
         }
     }
 
@@ -259,8 +267,11 @@ impl Worker {
             let event = self.windower.handle_loss(loss);
             self.handle(event, when_busy, stop)?;
         }
-        if batch.kind() == BatchKind::Live && !batch.samples().is_empty() {
+        if batch.kind() == BatchKind::Live
+            && let Some(newest) = batch.samples().last()
+        {
             self.silence.handle_samples(Instant::now());
+            self.arrival = Some(Arrival::now(newest.joint_sample().stamp_ns));
         }
         let mut missing = 0;
         for sample in batch.samples() {
@@ -319,8 +330,9 @@ impl Worker {
             None => Ok(()),
             Some(WindowEvent::Closed(mut window)) => {
                 // A recorded window has its own start time.
-                window.recording_start =
-                    window.recording_start.or_else(|| self.time_of_day.start(&window));
+                window.recording_start = window
+                    .recording_start
+                    .or_else(|| self.time_of_day.start(&window, self.arrival));
                 window.note = self.shared.update().note.take();
                 let identifier = self.identifier.clone();
                 // The caller checks for a stop.

@@ -12,7 +12,7 @@ pub enum TimeOfDay {
     /// clock, which nobody sets.
     ThisMachine,
     /// Time of arrival. The stamps are from a clock of the bus, which drifts against those of this
-    /// machine, and the last sample of a window arrives when the window ends.
+    /// machine.
     Arrival,
     /// Offset from the log; see [`since_1970_ns`](didim_drivers::source::Source::since_1970_ns).
     Log {
@@ -21,13 +21,25 @@ pub enum TimeOfDay {
     },
 }
 
+/// Arrival of a sample, which relates its stamp to the time of day.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Arrival {
+    /// Offset from the stamp to the time of day \[ns\].
+    since_1970_ns: i128,
+}
+
+impl Arrival {
+    /// Returns the arrival of a sample that has just come.
+    pub(super) fn now(stamp_ns: u64) -> Self {
+        Self { since_1970_ns: i128::from(clock_pair().realtime_ns) - i128::from(stamp_ns) }
+    }
+}
+
 impl TimeOfDay {
     /// Returns the time at which the first sample of a window was recorded, if known.
-    pub(super) fn start(self, window: &Window) -> Option<RecordingStart> {
+    pub(super) fn start(self, window: &Window, arrival: Option<Arrival>) -> Option<RecordingStart> {
         let since_1970_ns = match self {
-            Self::Arrival => {
-                i128::from(clock_pair().realtime_ns) - i128::from(window.samples.last()?.stamp_ns)
-            }
+            Self::Arrival => arrival?.since_1970_ns,
             Self::ThisMachine => {
                 let now = clock_pair();
                 i128::from(now.realtime_ns) - i128::from(now.monotonic_ns)
@@ -57,7 +69,8 @@ mod tests {
                 recording_start: None,
                 note: None,
             };
-            time_of_day.start(&window)
+            // A sample of the bus has arrived a second after that of the window.
+            time_of_day.start(&window, Some(Arrival::now(stamp_ns + 1_000_000_000)))
         };
         let log = |since_1970_ns| TimeOfDay::Log { since_1970_ns };
         let date = RecordingStart::of_unix_ns(1_795_331_849_250_000_000);
@@ -74,9 +87,10 @@ mod tests {
             start_here.is_some(),
             RecordingStart::of_unix_ns(now.realtime_ns.into()).is_some()
         );
-        // A clock of the bus, of any zero: a window of one sample has just arrived.
+        // A clock of the bus, of any zero.
+        let before = RecordingStart::of_unix_ns(i128::from(now.realtime_ns) - 1_000_000_000);
         let arrived = start_of(7, TimeOfDay::Arrival);
-        assert!(arrived >= start_here && (arrived.is_some() == start_here.is_some()));
+        assert!(arrived >= before && arrived <= start_here, "{before:?} {arrived:?}");
         assert_eq!(
             start_of(0, TimeOfDay::ThisMachine) < start_here,
             start_here.is_some(),
