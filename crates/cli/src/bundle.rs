@@ -21,8 +21,6 @@ pub(crate) const MAX_BYTES: u64 = 256 << 20;
 const CONTENTS: &str = "bundle.json";
 /// Name of the recording in the archive.
 pub(crate) const RECORDING: &str = "recording.mcap";
-/// Folder of the files of the configuration in the archive.
-const CONFIGURATION: &str = "configuration/";
 /// Name of the journal in the archive.
 pub(crate) const JOURNAL: &str = "journal.txt";
 /// Version of the table of contents.
@@ -71,28 +69,38 @@ impl Bundle {
     pub(crate) fn add_configuration(&mut self, files: Vec<(PathBuf, String)>) {
         for (number, (path, text)) in files.into_iter().enumerate() {
             let file = path.file_name().unwrap_or_default().to_string_lossy();
-            let name = format!("{CONFIGURATION}{number}-{file}");
+            let name = format!("configuration/{number}-{file}");
             self.add(&name, text.into_bytes());
             self.contents.configuration.push((path, name));
         }
     }
 
-    /// Removes secrets and the names of the machine and of its users from all texts.
+    /// Removes secrets from TOML files and the journal, the name of the machine from the journal
+    /// and the reasons, and names of users in paths from all texts. A cell may have the name of the
+    /// machine as another word.
     pub(crate) fn remove_secrets(&mut self, machine: &str) {
+        let mut users = Users::default();
         for (name, content) in &mut self.members {
-            let Ok(text) = std::str::from_utf8(content) else { continue };
-            // The files of the service have no secret, and may be one line.
-            let of_people = name.starts_with(CONFIGURATION) || name == JOURNAL;
-            let text = if of_people { without_secrets(text) } else { text.to_owned() };
-            *content = without_names(&text, machine).into_bytes();
+            if [".mcap", ".zst"].iter().any(|ending| name.ends_with(ending)) {
+                continue;
+            }
+            // A damaged file is taken for text as far as it is.
+            let text = String::from_utf8_lossy(content);
+            let text = match name.as_str() {
+                JOURNAL => without_word(&without_secrets(&text), machine),
+                // A message of a DBC file may be called after a token.
+                name if name.ends_with(".toml") => without_secrets(&text),
+                _ => text.into_owned(),
+            };
+            *content = users.remove_from(&text).into_bytes();
         }
         let paths = self.contents.configuration.iter_mut().map(|(path, _)| path);
         for path in paths.chain([&mut self.contents.cell]) {
-            *path = without_names(&path.to_string_lossy(), machine).into();
+            *path = users.remove_from(&path.to_string_lossy()).into();
         }
         for (part, why) in &mut self.contents.left_out {
-            *part = without_names(part, machine);
-            *why = without_names(&without_secrets(why), machine);
+            *part = users.remove_from(part);
+            *why = users.remove_from(&without_word(&without_secrets(why), machine));
         }
     }
 
@@ -129,16 +137,33 @@ impl Bundle {
 }
 
 /// Words that name a secret, before its value.
-const SECRETS: [&str; 5] = ["password", "passwd", "passphrase", "secret", "token"];
+const SECRETS: [&str; 10] = [
+    "password",
+    "passwd",
+    "passphrase",
+    "pwd",
+    "secret",
+    "token",
+    "api_key",
+    "apikey",
+    "credential",
+    "bearer",
+];
 
 /// Replaces values of secrets to the end of their line.
 fn without_secrets(text: &str) -> String {
     let mut remaining = String::with_capacity(text.len());
     for line in text.split_inclusive('\n') {
-        match begin_of_secret(line) {
-            Some(begin) => remaining += &format!("{} \"removed\"\n", &line[..begin]),
-            None => remaining += line,
-        }
+        let Some(begin) = begin_of_secret(line) else {
+            remaining += line;
+            continue;
+        };
+        // A table in one line goes on after a value in quotes.
+        let value = line[begin..].trim_start();
+        let quote = value.chars().next().filter(|first| matches!(first, '"' | '\''));
+        let end = quote.and_then(|quote| Some(value[1..].find(quote)? + 2));
+        let rest = end.map_or("\n", |end| &value[end..]);
+        remaining += &format!("{} \"removed\"{rest}", &line[..begin]);
     }
     remaining
 }
@@ -149,12 +174,6 @@ fn begin_of_secret(line: &str) -> Option<usize> {
     let words = SECRETS.iter().filter_map(|word| Some(lower.find(word)? + word.len()));
     let signs = words.filter_map(|end| Some(end + line[end..].find(['=', ':'])? + 1));
     signs.min()
-}
-
-/// Replaces the name of the machine where it stands as a word, and the names of users in the paths
-/// of their folders.
-fn without_names(text: &str, machine: &str) -> String {
-    without_users(&without_word(text, machine))
 }
 
 /// Replaces the name of the machine where it stands as a word.
@@ -175,16 +194,28 @@ fn without_word(text: &str, name: &str) -> String {
     replaced + rest
 }
 
-/// Replaces the names of users in paths of their folders.
-fn without_users(text: &str) -> String {
-    let mut parts = text.split("/home/");
-    let mut replaced = parts.next().unwrap_or_default().to_owned();
-    for part in parts {
-        let end = part.find(|each: char| each == '/' || each.is_whitespace() || each == '"');
-        replaced += "/home/user";
-        replaced += &part[end.unwrap_or(part.len())..];
+/// Users whose folders are named. Each keeps a name of its own.
+#[derive(Default)]
+struct Users(Vec<String>);
+
+impl Users {
+    /// Replaces the names of users in paths of their folders.
+    fn remove_from(&mut self, text: &str) -> String {
+        let is_of_name =
+            |each: char| each.is_ascii_alphanumeric() || matches!(each, '.' | '_' | '-');
+        let mut parts = text.split("/home/");
+        let mut replaced = parts.next().unwrap_or_default().to_owned();
+        for part in parts {
+            let end = part.find(|each: char| !is_of_name(each)).unwrap_or(part.len());
+            let (name, rest) = part.split_at(end);
+            let number = self.0.iter().position(|other| other == name).unwrap_or_else(|| {
+                self.0.push(name.to_owned());
+                self.0.len() - 1
+            });
+            replaced += &format!("/home/user{}{rest}", number + 1);
+        }
+        replaced
     }
-    replaced
 }
 
 /// A bundle whose files are in a temporary folder.
@@ -285,10 +316,34 @@ mod tests {
         let text = "# Password: hunter2\nbroker_password = \"hunter2\"\nrobot = \
             \"/home/me/arm.urdf\"\nat arm-7, not arm-71 or charm-7\n";
         assert_eq!(
-            without_names(&without_secrets(text), "arm-7"),
+            Users::default().remove_from(&without_word(&without_secrets(text), "arm-7")),
             "# Password: \"removed\"\nbroker_password = \"removed\"\nrobot = \
-             \"/home/user/arm.urdf\"\nat machine, not arm-71 or charm-7\n"
+             \"/home/user1/arm.urdf\"\nat machine, not arm-71 or charm-7\n"
         );
         assert_eq!(without_word("a b", ""), "a b");
+        let table = "bus = { token = 'a', address = \"can:can0\" }\n";
+        assert_eq!(
+            without_secrets(table),
+            "bus = { token = \"removed\", address = \"can:can0\" }\n"
+        );
+        let mut users = Users::default();
+        let paths = ["'/home/a.b/x' /home/c", "/home/c/y"].map(|text| users.remove_from(text));
+        assert_eq!(paths, ["'/home/user1/x' /home/user2", "/home/user2/y"]);
+    }
+
+    /// A machine with the name of a key, and a frame with the name of a secret.
+    #[test]
+    fn a_configuration_can_still_be_read() {
+        let (cell, dbc) = ("robot = \"tx40.toml\"\n", "SG_ Token : 0|8@1+ (1,0)\n");
+        let mut bundle = Bundle::default();
+        bundle.add_configuration(vec![
+            ("/etc/didim/cell.toml".into(), cell.to_owned()),
+            ("/etc/didim/arm.dbc".into(), dbc.to_owned()),
+        ]);
+        bundle.add(JOURNAL, b"robot didim[2]: starts\n".to_vec());
+        bundle.remove_secrets("robot");
+        let texts = bundle.members.iter().map(|(_, content)| content.as_slice());
+        let expected = [cell, dbc, "machine didim[2]: starts\n"].map(str::as_bytes);
+        assert!(texts.eq(expected));
     }
 }

@@ -72,22 +72,30 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let service = match Cell::from_library(Library::Recording(&files), &cell_file) {
         Ok(cell) => cell.service,
         Err(error) => {
-            bundle.contents.left_out.push(("cell".to_owned(), error.to_string()));
+            // Further lines quote the file.
+            let why = error.to_string().lines().next().unwrap_or_default().to_owned();
+            bundle.contents.left_out.push(("cell".to_owned(), why));
             ServiceSection::default()
         }
     };
     bundle.contents.cell = cell_file;
-    let (named, others): (Vec<_>, Vec<_>) =
-        files.into_inner().into_iter().partition(|(path, _)| is_of_cell(path));
+    let (named, others): (Vec<_>, Vec<_>) = files
+        .into_inner()
+        .into_iter()
+        .partition(|(path, _)| *path == bundle.contents.cell || is_of_cell(path));
     bundle.add_configuration(named);
     for (path, _) in others {
-        let why = "its name is not that of a file of a cell".to_owned();
+        let why = format!("its name ends with none of {}", ENDINGS.join(", "));
         bundle.contents.left_out.push((path.display().to_string(), why));
     }
     add_service(&mut bundle, arguments, &service)?;
     if let Some(path) = recording {
         let in_file = |cause| CliError::in_file(path, cause);
-        if fs::metadata(path).map_err(in_file)?.len() > MAX_BYTES {
+        let data = fs::metadata(path).map_err(in_file)?;
+        if !data.is_file() {
+            return Err(CliError::in_file(path, "no file; name an MCAP recording that was kept"));
+        }
+        if data.len() > MAX_BYTES {
             let why = format!("it has more than {} MB; pack a shorter one", MAX_BYTES >> 20);
             return Err(CliError::in_file(path, why));
         }
@@ -101,9 +109,11 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     let left_out = bundle.contents.left_out.clone();
     let packed = bundle.pack()?;
     write_whole(out, |file| file.write_all(&packed).map_err(|error| write_error(out, &error)))?;
-    // As little as the folder of the results, it is for everybody of this machine.
-    let private = fs::set_permissions(out, Permissions::from_mode(0o600));
-    private.map_err(|error| write_error(out, &error))?;
+    // As little as the folder of the results, it is for everybody of this machine. A medium without
+    // permissions has none to set.
+    if let Err(problem) = fs::set_permissions(out, Permissions::from_mode(0o600)) {
+        tracing::warn!("{}: others may read it: {problem}", out.display());
+    }
     let mut text = format!("{}: {} kB\n", out.display(), packed.len().div_ceil(1000));
     for (part, why) in left_out {
         text += &format!("without {part}: {why}\n");
@@ -199,14 +209,26 @@ const MCAP_MAGIC: [u8; 5] = *b"\x89MCAP";
 /// the program stands before the number of the process, `didim[2]: `.
 fn own_lines(journal: &[u8]) -> String {
     let text = String::from_utf8_lossy(journal);
-    text.lines().filter(|line| is_own(line)).flat_map(|line| [line, "\n"]).collect()
+    let (mut own, mut is_in_own) = (String::new(), false);
+    for line in text.lines() {
+        // A message of several lines goes on with a blank.
+        is_in_own = if line.starts_with(' ') { is_in_own } else { is_own(line) };
+        if is_in_own {
+            own += line;
+            own.push('\n');
+        }
+    }
+    own
 }
 
+/// Returns true for a line of this program, and for one of the service manager about it.
 fn is_own(line: &str) -> bool {
-    let head = line.split_once(": ").map_or(line, |(head, _)| head);
+    let Some((head, message)) = line.split_once(": ") else { return false };
     let program = head.rsplit(' ').next().unwrap_or_default();
     let program = program.split('[').next().unwrap_or_default();
-    program == "didim" || program.starts_with("didim-")
+    let is_of_program = |name: &str| name == "didim" || name.starts_with("didim-");
+    let unit = message.split(['.', '@']).next().unwrap_or_default();
+    is_of_program(program) || (program == "systemd" && is_of_program(unit))
 }
 
 /// Returns an entry of /proc/sys/kernel; empty if it cannot be read.
@@ -222,12 +244,15 @@ mod tests {
     #[test]
     fn a_journal_has_the_lines_of_this_program() {
         let journal = b"Nov 28 arm-7 sshd[1]: password of root\n\
-            Nov 28 arm-7 sudo[4]: me : COMMAND=/usr/bin/didim status\n\
-            2026-11-28T10:00:00+0100 arm-7 didim[2]: starts: now\n\
+            Nov 28 arm-7 sudo[4]: me : COMMAND=/usr/bin/didim status\n  of root\n\
+            Nov 28 arm-7 systemd[1]: didim@left.service: Failed with result 'oom-kill'.\n\
+            Nov 28 arm-7 systemd[1]: other.service: Failed.\n\
+            2026-11-28T10:00:00+0100 arm-7 didim[2]: starts: now\n  and here\n\
             Nov 28 arm-7 didim-publish[3]: sent\n";
         assert_eq!(
             own_lines(journal),
-            "2026-11-28T10:00:00+0100 arm-7 didim[2]: starts: now\n\
+            "Nov 28 arm-7 systemd[1]: didim@left.service: Failed with result 'oom-kill'.\n\
+             2026-11-28T10:00:00+0100 arm-7 didim[2]: starts: now\n  and here\n\
              Nov 28 arm-7 didim-publish[3]: sent\n"
         );
     }
