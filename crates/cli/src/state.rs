@@ -45,6 +45,10 @@ impl WhichState {
 /// Names the folder.
 pub(super) fn check_is_folder(folder: &Path) -> Result<(), CliError> {
     let Err(cause) = std::fs::read_dir(folder) else { return Ok(()) };
-    let why = format!("{cause}; name the folder of the results with --state");
+    let remedy = match cause.kind() {
+        std::io::ErrorKind::PermissionDenied => "run the command as the service's user",
+        _ => "name the folder of the results with --state",
+    };
+    let why = format!("{cause}; {remedy}");
     Err(CliError::in_file(folder, why))
 }

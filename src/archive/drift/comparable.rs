@@ -111,7 +111,8 @@ pub fn check_comparable(baseline: &HistoryLine, line: &HistoryLine) -> Result<()
         return Err(NotComparable::OtherMethod { result, method, other, other_method });
     }
     // A line that was rebuilt from its result lacks it. One configuration has one robot file.
-    let is_rebuilt = line.regrouping.is_empty() && line.configuration == baseline.configuration;
+    let is_rebuilt = [line, baseline].iter().any(|of| of.regrouping.is_empty())
+        && line.configuration == baseline.configuration;
     if line.regrouping != baseline.regrouping && !is_rebuilt {
         return Err(NotComparable::OtherRegrouping { result, other });
     }

@@ -194,6 +194,7 @@ fn a_rebuilt_line_is_compared_if_its_configuration_is_the_same() {
         ..line(2, 6.0)
     };
     assert_eq!(check_comparable(&line(1, 6.0), &rebuilt("c0ffee")), Ok(()));
+    assert_eq!(check_comparable(&rebuilt("c0ffee"), &line(3, 6.0)), Ok(()));
     let other = check_comparable(&line(1, 6.0), &rebuilt("another"));
     assert_eq!(other, Err(NotComparable::OtherRegrouping { result: 2, other: 1 }));
 }

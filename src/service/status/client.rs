@@ -41,7 +41,7 @@ pub enum ClientError {
     /// The service did not answer in time. Its process may be stopped, or the machine overloaded.
     #[error(
         "no answer at {} within {} s; look whether its process is stopped or the machine busy. A \
-         command without an answer is not carried out later",
+         command may still be carried out: look at `didim status` before you send it again",
         path.display(),
         TIMEOUT.as_secs()
     )]

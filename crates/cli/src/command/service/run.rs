@@ -52,13 +52,20 @@ fn of_pipeline(error: PipelineError, cell: &Cell) -> CliError {
         PipelineError::Cell(_) | PipelineError::Windows(_) | PipelineError::Sources(_) => true,
         PipelineError::Stream(cause) => matches!(cause, StreamError::Option { .. }),
         // A log that is named and not there.
-        PipelineError::Source(_) => reads_log(cell),
+        PipelineError::Source(cause) => reads_log(cell) && is_not_found(cause),
         PipelineError::Folder(_) | PipelineError::Limit(_) | PipelineError::OneRun { .. } => false,
     };
     match is_of_cell {
         true => CliError::from_configuration(error),
         false => CliError::from_failure(error),
     }
+}
+
+/// Returns true if a file is not there.
+fn is_not_found(error: &(dyn std::error::Error + 'static)) -> bool {
+    let cause = std::iter::successors(Some(error), |error| error.source())
+        .find_map(|error| error.downcast_ref::<std::io::Error>());
+    cause.is_some_and(|cause| cause.kind() == std::io::ErrorKind::NotFound)
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
