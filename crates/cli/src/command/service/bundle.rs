@@ -17,6 +17,7 @@ use crate::stream::InputFileOrStream;
 use didim::archive::events::EventSource;
 use didim::archive::store::{history_parts, result_file};
 use didim::cell::{Cell, Library, ServiceSection};
+use didim::live::recording::is_mcap;
 use didim::service::paths::Paths;
 use didim::service::status::fetch_snapshot;
 
@@ -99,11 +100,10 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
             let why = format!("it has more than {} MB; pack a shorter one", MAX_BYTES >> 20);
             return Err(CliError::in_file(path, why));
         }
-        let recording = fs::read(path).map_err(in_file)?;
-        if !recording.starts_with(&MCAP_MAGIC) {
+        if !is_mcap(path) {
             return Err(CliError::in_file(path, "no MCAP recording; name one that was kept"));
         }
-        bundle.add(RECORDING, recording);
+        bundle.add(RECORDING, fs::read(path).map_err(in_file)?);
     }
     bundle.remove_secrets(&of_kernel("hostname"));
     let left_out = bundle.contents.left_out.clone();
@@ -201,9 +201,6 @@ fn is_of_cell(path: &Path) -> bool {
     let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
     ENDINGS.contains(&ending.as_str())
 }
-
-/// First bytes of an MCAP file.
-const MCAP_MAGIC: [u8; 5] = *b"\x89MCAP";
 
 /// Returns the lines that this program, or one of its parts, has written to a journal. The name of
 /// the program stands before the number of the process, `didim[2]: `.
