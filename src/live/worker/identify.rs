@@ -209,14 +209,11 @@ fn wait_for_outcome<T>(
 impl IdentificationThread {
     fn run(&mut self, windows: &Receiver<QueuedWindow>) -> Result<(), WorkerError> {
         self.poll_baseline();
-        loop {
+        let end = loop {
             self.shared.count_identification();
             let QueuedWindow { window, identifier } = match windows.recv_timeout(WELCOME_INTERVAL) {
                 Ok(queued) => queued,
-                Err(RecvTimeoutError::Disconnected) => {
-                    self.finish();
-                    return Ok(());
-                }
+                Err(RecvTimeoutError::Disconnected) => break Ok(()),
                 Err(RecvTimeoutError::Timeout) => {
                     self.poll_baseline();
                     if let Some(results) = &mut self.results {
@@ -252,10 +249,11 @@ impl IdentificationThread {
             }
             self.shared.settle(window.number);
             if let Some(error) = self.stuck.take() {
-                self.finish();
-                return Err(error);
+                break Err(error);
             }
-        }
+        };
+        self.finish();
+        end
     }
 
     /// Checks whether the baseline was set or cleared since the last check.
