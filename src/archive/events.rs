@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
+use super::skipped_lines::SkippedLines;
 use super::store::Timestamp;
 
 /// Maximum length of a file \[bytes\]. A line has about 200. The full file becomes the older one,
@@ -230,24 +231,17 @@ fn read_file(path: &Path, events: &mut Vec<Event>) -> io::Result<()> {
         opened => opened?,
     };
     let mut reader = BufReader::new(file);
-    let (mut line, mut number, mut skipped) = (Vec::new(), 0, Vec::new());
+    let (mut line, mut number, mut skipped) = (Vec::new(), 0, SkippedLines::default());
     // A longer line is read in pieces. No piece is an event.
     while (&mut reader).take(MAX_LINE).read_until(b'\n', &mut line)? > 0 {
         number += 1;
         match serde_json::from_slice::<Event>(&line) {
             Ok(event) => events.push(event),
-            Err(_) => skipped.push(number),
+            Err(_) => skipped.add(number),
         }
         line.clear();
     }
-    if let Some(line) = skipped.first() {
-        tracing::warn!(
-            "{}, line {line}: no event; incomplete, damaged or of a later version; such lines are \
-             skipped: {}",
-            path.display(),
-            skipped.len()
-        );
-    }
+    skipped.warn(path);
     Ok(())
 }
 

@@ -4,6 +4,7 @@ pub mod drift;
 pub mod events;
 pub mod fleet;
 mod results;
+mod skipped_lines;
 pub mod store;
 
 pub use results::{ResultOptions, Results, drift_of_result};

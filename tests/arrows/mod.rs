@@ -48,7 +48,7 @@ const ORDER: [(&str, &str); 15] = [
         "worker acquire recording stream latency pause limits real_time_options \
          window_options",
     ),
-    ("src/archive", "results events fleet drift store"),
+    ("src/archive", "results events fleet drift store skipped_lines"),
     (
         "src/analysis",
         "export torque_difference excitation gains payload predict result_lines stored_model \

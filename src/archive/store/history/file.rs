@@ -77,8 +77,8 @@ pub fn for_each_line(
     let mut passed_over = 0;
     let mut take_all = |path: &Path, file: &mut dyn Read| {
         let scanned = scan(file, |_, line| line.into_iter().for_each(&mut take))?;
-        scanned.warn_of_skipped_lines(path);
-        passed_over += scanned.passed_over;
+        scanned.skipped.warn(path);
+        passed_over += scanned.skipped.count;
         io::Result::Ok(())
     };
     for number in segments {
@@ -106,7 +106,7 @@ pub fn for_each_day(folder: &Path, mut take: impl FnMut(HistoryLine)) -> Result<
     let path = folder.join(days::FILE_NAME);
     let Some(file) = open_days(folder).map_err(read_failure(&path))? else { return Ok(()) };
     let scanned = scan(file, |_, line| line.into_iter().for_each(&mut take));
-    scanned.map_err(read_failure(&path))?.warn_of_skipped_lines(&path);
+    scanned.map_err(read_failure(&path))?.skipped.warn(&path);
     Ok(())
 }
 
@@ -256,7 +256,7 @@ impl HistoryFile {
                 scanned.map_err(io_error("read", &path))?
             }
         };
-        scan.warn_of_skipped_lines(&path);
+        scan.skipped.warn(&path);
         let history = Self {
             folder: folder.to_owned(),
             path,

@@ -1,11 +1,11 @@
 //! Lines of a file of the history.
 
 use std::io::{self, BufRead, BufReader, Read};
-use std::path::Path;
 
 use serde::Deserialize;
 
 use super::line::{HISTORY_SCHEMA, HistoryLine};
+use crate::archive::skipped_lines::SkippedLines;
 
 /// Maximum length of a line \[bytes\]. A line with 1,000 parameters and a note has a tenth of it.
 pub(super) const MAX_LINE: u64 = 1 << 20;
@@ -19,10 +19,8 @@ pub(super) struct HistoryContent {
     pub(super) length: u64,
     /// Number of complete lines of this program, including those of a later version.
     pub(super) lines: usize,
-    /// Number of unreadable lines, including those of a later version.
-    pub(super) passed_over: usize,
-    /// The first of them, counted from 1.
-    pub(super) first_passed_over: Option<usize>,
+    /// Unreadable lines, including those of a later version.
+    pub(super) skipped: SkippedLines,
     /// Result number of the last line of this program, if the line contains it.
     pub(super) last_result: Option<u64>,
 }
@@ -76,31 +74,12 @@ pub(super) fn scan(
                 scan.lines += 1;
                 scan.last_result = result;
                 if context.is_none() {
-                    scan.pass_over(number);
+                    scan.skipped.add(number);
                 }
                 take(&line, context);
             }
-            None => scan.pass_over(number),
+            None => scan.skipped.add(number),
         }
     }
     Ok(scan)
-}
-
-impl HistoryContent {
-    fn pass_over(&mut self, line: usize) {
-        self.passed_over += 1;
-        self.first_passed_over.get_or_insert(line);
-    }
-
-    /// Names the lines that were skipped, in the log.
-    pub(super) fn warn_of_skipped_lines(&self, path: &Path) {
-        if let Some(line) = self.first_passed_over {
-            tracing::warn!(
-                "{}, line {line}: incomplete, damaged or of a later version; such lines are \
-                 skipped: {}",
-                path.display(),
-                self.passed_over
-            );
-        }
-    }
 }
