@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use didim_drivers::ethercat::Capture;
 use didim_drivers::source::{BlfSource, InterfaceName, TextLog};
 use didim_formats::{
-    BagError, Record, TableError, foreign_container, is_parquet, is_sqlite, read_bag, read_table,
+    BagError, Record, TableColumns, TableError, foreign_container, is_parquet, is_sqlite, own_side,
+    read_bag, read_table,
 };
 
 use super::bus_log::{LogError, read_log};
@@ -56,7 +57,10 @@ pub fn recording_source(path: &Path, is_stream: bool, cell: &Cell) -> SignalSour
         is_binary || TextLog::is_one(path)
     };
     let is_log = (has_bus && !is_stream) || is_log_by_content();
-    if is_table || !is_log { SignalSource::Table } else { SignalSource::Bus }
+    if !is_table && is_log {
+        return SignalSource::Bus;
+    }
+    own_side(path, cell.columns.as_ref()).map_or(SignalSource::Table, SignalSource::OwnTable)
 }
 
 /// Reads a recording. The first bytes identify its format, not the name. The format of a file is:
@@ -86,10 +90,11 @@ pub fn read_recording(
         return Err(RecordingError::Container { file: path.to_path_buf(), container });
     }
     let has_bus = cell.bus().is_ok();
-    if source == SignalSource::Table {
+    if matches!(source, SignalSource::Table | SignalSource::OwnTable(_)) {
         // A cell without a bus defines the row interval of its tables.
         let rate_hz = sample_rate_hz.or((!has_bus).then(|| cell.sample_rate_hz()));
-        return Ok(read_table(path, rate_hz, cell.sample_rate_hz(), cell.columns.as_ref())?);
+        let columns = TableColumns { configured: cell.columns.as_ref(), own: &cell.own_columns };
+        return Ok(read_table(path, rate_hz, cell.sample_rate_hz(), columns)?);
     }
     if sample_rate_hz.is_some() {
         return Err(RecordingError::RateOfLog);

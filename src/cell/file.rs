@@ -21,6 +21,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 
 use super::BusAddress;
 use super::data::DataSection;
+use super::table::TableSection;
 use super::torque_joints::JointReference;
 use super::unit::OneOrEach;
 use crate::archive::drift::DriftOptions;
@@ -51,6 +52,11 @@ pub struct CellFile {
     /// If left out: the cell has `[bus]`.
     #[serde(default)]
     pub data: Option<DataSection>,
+    /// Corrections of tables with didim's own columns.
+    ///
+    /// If left out: none.
+    #[serde(default)]
+    pub table: TableSection,
     /// Controller of the arm. Required by the methods that simulate the closed loop.
     ///
     /// If left out: unknown.

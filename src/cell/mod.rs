@@ -20,6 +20,7 @@ mod screening;
 mod setting;
 mod signal_source;
 mod suggestion;
+mod table;
 mod torque_joints;
 mod unit;
 mod values;
@@ -29,7 +30,7 @@ use std::path::{Path, PathBuf};
 use didim_dynamics::SignalTiming;
 use didim_dynamics::dynamics::{BaseParameters, BaseParametersError, Model};
 use didim_dynamics::robot::{JointFriction, JointIndex, Robot};
-use didim_formats::{BagSpec, Columns, UrdfArm};
+use didim_formats::{BagSpec, Columns, OwnColumns, UrdfArm};
 use didim_identification::identification::{KeptParameters, Method, Options, SignalDelays};
 
 pub use address::{BusAddress, BusAddressError};
@@ -88,6 +89,8 @@ pub struct Cell {
     pub signal_delays: SignalDelays,
     /// Columns of the tables. `None` if the tables have didim's own format.
     pub columns: Option<Columns>,
+    /// Corrections of tables with didim's own columns.
+    pub own_columns: OwnColumns,
     /// Content to read from ROS 2 bags.
     pub bag: Option<BagSpec>,
     /// Options of the windows, which set the times of identification.

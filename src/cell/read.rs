@@ -8,7 +8,7 @@ use didim_dynamics::control::{JointController, SimulatedController};
 use didim_dynamics::dynamics::{BaseParameters, Model};
 use didim_dynamics::robot::{JointIndex, Robot};
 use didim_dynamics::simulation::SetupError;
-use didim_formats::{BagSpec, Columns, TextKind};
+use didim_formats::{BagSpec, Columns, OwnColumns, TextKind};
 use didim_identification::identification::{
     IdentificationError, Options, PositionFilter, SignalDelays,
 };
@@ -62,6 +62,7 @@ struct CellSignals {
     bus: Option<(CellBus, Vec<(String, String)>)>,
     columns: Option<Columns>,
     bag: Option<BagSpec>,
+    own_columns: OwnColumns,
     rate_hz: f64,
     torque_timing: SignalTiming,
     signal_delays: SignalDelays,
@@ -201,6 +202,14 @@ fn signals(
     arm: Option<&CellArm>,
     found: &mut FoundFaults<'_>,
 ) -> Option<CellSignals> {
+    let own_columns = match arm.map(|arm| file.table.read(&arm.robot)) {
+        None => OwnColumns::default(),
+        Some(Ok(own_columns)) => own_columns,
+        Some(Err((key, problem))) => {
+            found.add_fault(key, problem);
+            return None;
+        }
+    };
     match (&file.bus, &file.data) {
         (Some(section), None) => {
             if file.window.is_none() {
@@ -219,7 +228,15 @@ fn signals(
             .map(|(key, us)| found.keep_value(key, delays_s(us.as_ref(), axes)));
             let signal_delays = SignalDelays { position_s: position?, torque_s: torque? };
             let (bus, columns, bag) = (Some((bus, texts)), None, None);
-            Some(CellSignals { bus, columns, bag, rate_hz, torque_timing, signal_delays })
+            Some(CellSignals {
+                bus,
+                columns,
+                bag,
+                own_columns,
+                rate_hz,
+                torque_timing,
+                signal_delays,
+            })
         }
         (None, Some(data)) => {
             let arm = arm?;
@@ -229,6 +246,7 @@ fn signals(
                     bus: None,
                     columns: data.columns,
                     bag: data.bag,
+                    own_columns,
                     rate_hz: data.rate_hz,
                     torque_timing: data.torque_timing,
                     signal_delays: data.signal_delays,
@@ -416,7 +434,8 @@ fn assemble_cell(
     let CellArm { source, robot, model, base } = arm;
     let robot_notes = source.notes().iter().map(ToString::to_string).collect();
     let RobotSource { robot: robot_as_described, toml: robot_text, urdf } = source;
-    let CellSignals { bus, columns, bag, rate_hz, torque_timing, signal_delays } = signals;
+    let CellSignals { bus, columns, bag, own_columns, rate_hz, torque_timing, signal_delays } =
+        signals;
     let (bus, layout_texts) = bus.map_or((None, Vec::new()), |(bus, texts)| (Some(bus), texts));
     Cell {
         name: file.name,
@@ -439,6 +458,7 @@ fn assemble_cell(
         torque_timing,
         signal_delays,
         columns,
+        own_columns,
         bag,
         window,
         screening: ScreeningOptions::default(),

@@ -8,8 +8,9 @@ use didim_dynamics::robot::{JointIndex, MotorIndex, TorqueTerm};
 use didim_formats::Side;
 use didim_identification::identification::{Change, Setting, SettingValue, Signal, SignalAxis};
 
-use super::data::DataSection;
+use super::data::{DataColumns, DataSection};
 use super::file::GearRatios;
+use super::table::TableCorrections;
 use super::unit::{OneOrEach, Unit};
 use super::{Cell, CellBus, CellFile, SignalSource, open};
 use crate::text::to_uncertainty;
@@ -134,7 +135,17 @@ impl Cell {
             (SignalSource::Bus | SignalSource::Live, Some(bus), _) => {
                 self.drive_setting(bus, &file, change)
             }
-            (SignalSource::Table, None, Some(data)) => self.table_setting(data, change),
+            (SignalSource::Table, None, Some(data)) => {
+                let (columns, position) = (self.columns.as_ref()?, data.position.as_ref()?);
+                let own =
+                    [ColumnKeys::of_data(position), ColumnKeys::of_data(data.torque.as_ref()?)];
+                self.table_setting(("data", columns.side), own, &columns.position.scales, change)
+            }
+            (SignalSource::OwnTable(side), ..) => {
+                let own = [&file.table.position, &file.table.torque].map(ColumnKeys::of_own);
+                let scales = &self.own_columns.position.scales;
+                self.table_setting(("table", side), own, scales, change)
+            }
             (SignalSource::Bag, None, Some(data)) => self.bag_setting(data, change),
             _ => None,
         }
@@ -299,26 +310,28 @@ impl Cell {
         })
     }
 
-    /// Returns the key of the columns of tables.
-    fn table_setting(&self, data: &DataSection, change: &Change) -> Option<Setting> {
-        let columns = self.columns.as_ref()?;
-        let side = columns.side;
-        let (position, torque) = (data.position.as_ref()?, data.torque.as_ref()?);
+    /// Returns the key of the columns of tables. `scales` are the SI values of a 1 in the columns
+    /// of positions.
+    fn table_setting(
+        &self,
+        (section, side): (&str, Side),
+        [position, torque]: [ColumnKeys<'_>; 2],
+        scales: &[f64],
+        change: &Change,
+    ) -> Option<Setting> {
+        let [of_position, of_torque] = ["position", "torque"].map(|of| format!("{section}.{of}"));
         match *change {
             Change::TorqueScale { axis, .. } => {
-                let of = (&torque.unit, &torque.per_ampere, &torque.factor);
-                self.scale_setting(("data.torque", of), (axis, side), change)
+                self.scale_setting((&of_torque, torque.scale), (axis, side), change)
             }
             Change::PositionScale { axis, .. } => {
-                let of = (&position.unit, &None, &position.factor);
-                self.scale_setting(("data.position", of), (Some(axis), side), change)
+                self.scale_setting((&of_position, position.scale), (Some(axis), side), change)
             }
             Change::Position { joint, offset, standard_deviation } => {
                 let axis = self.axis(SignalAxis::Joint(joint), side)?;
-                let unit = axis.ratio / columns.position.scales.get(axis.index)?;
-                let configured = position.zero.as_ref();
-                let key =
-                    AxisKey { section: "data.position", name: "zero", configured, usual: 0.0 };
+                let unit = axis.ratio / scales.get(axis.index)?;
+                let configured = position.zero;
+                let key = AxisKey { section: &of_position, name: "zero", configured, usual: 0.0 };
                 self.axis_setting(key, (Some(SignalAxis::Joint(joint)), side), |configured| {
                     Correction {
                         configured,
@@ -329,11 +342,11 @@ impl Cell {
             }
             Change::Sign { axis, signal } => {
                 let (section, of) = match signal {
-                    Signal::Torque => ("data.torque", torque),
-                    Signal::Position => ("data.position", position),
+                    Signal::Torque => (&of_torque, torque),
+                    Signal::Position => (&of_position, position),
                     Signal::Both => return None,
                 };
-                self.sign_setting(section, of.sign.as_ref(), (axis, side))
+                self.sign_setting(section, of.sign, (axis, side))
             }
             _ => None,
         }
@@ -344,7 +357,8 @@ impl Cell {
         let (effort, side) = (&data.bag.as_ref()?.effort, self.bag.as_ref()?.side);
         match *change {
             Change::TorqueScale { axis, .. } => {
-                let of = (&effort.unit, &effort.per_ampere, &effort.factor);
+                let unit = Some(&effort.unit);
+                let of = (unit, effort.per_ampere.as_ref(), effort.factor.as_ref());
                 self.scale_setting(("data.bag.effort", of), (axis, side), change)
             }
             Change::Sign { axis, signal: Signal::Torque } => {
@@ -445,16 +459,16 @@ impl Cell {
         (of, side): (Option<SignalAxis>, Side),
         change: &Change,
     ) -> Option<Setting> {
-        let units = unit.of_each(self.robot.joints())?;
+        let units = unit.map_or(Some(Vec::new()), |unit| unit.of_each(self.robot.joints()))?;
         let in_amperes = match of {
-            Some(of) => units.get(self.axis(of, side)?.index)?.is_current(),
+            Some(of) => units.get(self.axis(of, side)?.index).is_some_and(Unit::is_current),
             None => units.iter().all(Unit::is_current),
         };
         let (name, configured) = match in_amperes && per_ampere.is_some() {
             true => ("per_ampere", per_ampere),
             false => ("factor", factor),
         };
-        let key = AxisKey { section, name, configured: configured.as_ref(), usual: 1.0 };
+        let key = AxisKey { section, name, configured, usual: 1.0 };
         self.axis_setting(key, (of, side), |configured| scaled(configured, change))
     }
 
@@ -543,7 +557,30 @@ impl Cell {
 }
 
 /// Unit of a quantity, torque per ampere, and correction of the scale.
-type ScaleKeys<'a> = (&'a OneOrEach<Unit>, &'a Option<OneOrEach<f64>>, &'a Option<OneOrEach<f64>>);
+type ScaleKeys<'a> =
+    (Option<&'a OneOrEach<Unit>>, Option<&'a OneOrEach<f64>>, Option<&'a OneOrEach<f64>>);
+
+/// Keys of the columns of one quantity.
+#[derive(Clone, Copy)]
+struct ColumnKeys<'a> {
+    scale: ScaleKeys<'a>,
+    sign: Option<&'a OneOrEach<f64>>,
+    zero: Option<&'a OneOrEach<f64>>,
+}
+
+impl<'a> ColumnKeys<'a> {
+    fn of_data(columns: &'a DataColumns) -> Self {
+        let DataColumns { unit, per_ampere, factor, sign, zero, .. } = columns;
+        let scale = (Some(unit), per_ampere.as_ref(), factor.as_ref());
+        Self { scale, sign: sign.as_ref(), zero: zero.as_ref() }
+    }
+
+    /// The keys of didim's own columns, which are in SI units.
+    fn of_own(corrections: &'a TableCorrections) -> Self {
+        let TableCorrections { factor, sign, zero } = corrections;
+        Self { scale: (None, None, factor.as_ref()), sign: sign.as_ref(), zero: zero.as_ref() }
+    }
+}
 
 /// Returns a number that is multiplied by the factor of a change.
 fn scaled(configured: f64, change: &Change) -> Correction {

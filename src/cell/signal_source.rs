@@ -1,5 +1,7 @@
 //! Source of the signals of a result.
 
+use didim_formats::Side;
+
 /// Source of the signals of a result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SignalSource {
@@ -7,8 +9,12 @@ pub enum SignalSource {
     Live,
     /// Frames of the cell's bus, from a log.
     Bus,
-    /// Tables with the columns of `[data]`, or with didim's own.
+    /// Tables with the columns of `[data]`.
     Table,
+    /// Tables with didim's own columns, on a side of the transmission.
+    OwnTable(Side),
+    /// Arrays in memory, in SI units. No key of a cell belongs to them.
+    Arrays,
     /// Bags with the joint states of `[data.bag]`.
     Bag,
 }

@@ -92,6 +92,32 @@ pub(super) fn numbers(
     }
 }
 
+/// Returns the sign of each axis, 1 or -1; 1 if left out.
+pub(super) fn axis_signs(
+    configured: Option<&OneOrEach<f64>>,
+    axes: usize,
+) -> Result<Vec<f64>, String> {
+    let signs = configured.map_or(Ok(vec![1.0; axes]), |signs| numbers(signs, "sign", axes))?;
+    match signs.iter().find(|sign| !matches!(**sign, 1.0 | -1.0)) {
+        Some(sign) => Err(format!("has a sign of {sign}; use 1 or -1, and the unit for all else")),
+        None => Ok(signs),
+    }
+}
+
+/// Returns the factor of each axis, above 0; 1 if left out.
+pub(super) fn axis_factors(
+    configured: Option<&OneOrEach<f64>>,
+    axes: usize,
+) -> Result<Vec<f64>, String> {
+    let factors = configured.map_or(Ok(vec![1.0; axes]), |own| numbers(own, "factor", axes))?;
+    match factors.iter().find(|factor| **factor <= 0.0) {
+        Some(factor) => {
+            Err(format!("has a factor of {factor}; use one above 0, and `sign` for signs"))
+        }
+        None => Ok(factors),
+    }
+}
+
 /// Returns the problem of a key with another number of entries than axes.
 pub(super) fn wrong_count(key: &str, axes: usize) -> String {
     format!("`{key}` has another number of entries than the arm has axes, {axes}")
@@ -115,21 +141,13 @@ impl TorqueUnit<'_> {
         let axes = kinds.len();
         let each = |what: &str| wrong_count(what, axes);
         let unit = self.unit.of_each(axes).ok_or_else(|| each("unit"))?;
-        let signs = self.sign.map_or(Some(vec![1.0; axes]), |signs| signs.of_each(axes));
-        let signs = signs.ok_or_else(|| each("sign"))?;
-        if let Some(sign) = signs.iter().find(|sign| !matches!(**sign, 1.0 | -1.0)) {
-            return Err(format!("has a sign of {sign}; use 1 or -1, and the unit for all else"));
-        }
+        let signs = axis_signs(self.sign, axes)?;
         if self.per_ampere.is_some() && !unit.iter().any(Unit::is_current) {
             return Err("has `per_ampere`, which belongs to the units \"A\" and \"mA\"".to_owned());
         }
         let of_each = |of: &OneOrEach<f64>| of.of_each(axes).ok_or_else(|| each("per_ampere"));
         let per_ampere = self.per_ampere.map(of_each).transpose()?;
-        let factors =
-            self.factor.map_or(Ok(vec![1.0; axes]), |factor| numbers(factor, "factor", axes))?;
-        if let Some(factor) = factors.iter().find(|factor| **factor <= 0.0) {
-            return Err(format!("has a factor of {factor}; use one above 0, and `sign` for signs"));
-        }
+        let factors = axis_factors(self.factor, axes)?;
         let mut scales = Vec::with_capacity(axes);
         for axis in 0..axes {
             // A motor is always revolute, whatever its joint's kind.

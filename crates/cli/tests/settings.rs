@@ -9,6 +9,7 @@ use crate::new::{RAD, folder, motion};
 use crate::program::{Installation, changed, json, repository, succeed};
 use didim::cell::{Cell, SignalSource};
 use didim_dynamics::robot::{JointIndex, MotorIndex, TorqueTerm};
+use didim_formats::Side;
 use didim_identification::identification::{Change, Signal, SignalAxis};
 use serde_json::Value;
 
@@ -74,9 +75,11 @@ fn assert_corrected_within(
     let name = set["file"].as_str().unwrap();
     let file = cell.parent().unwrap().join(name);
     let text = fs::read_to_string(&file).unwrap();
-    let line = text.lines().nth(usize::try_from(line).unwrap() - 1).unwrap();
+    let place = text.lines().nth(usize::try_from(line).unwrap() - 1).unwrap();
     let parts: Vec<&str> = key.split(['.', '[', ']']).collect();
-    assert!(parts.iter().any(|part| !part.is_empty() && line.contains(part)), "{key}: {line}");
+    let has_place = parts.iter().any(|part| !part.is_empty() && place.contains(part));
+    // The key of a section that the file does not have can be written before all others.
+    assert!(has_place || (line == 1 && !text.contains(parts[0])), "{key}: {place}");
     let said = found[0]["message"].as_str().unwrap();
     assert!(said.contains(&format!("`{name}:{} {key}`: ", set["line"])), "{said}");
     let axis = begin.split(['[', ']']).nth(1).map_or(2, |number| number.parse().unwrap());
@@ -326,7 +329,9 @@ fn every_change_has_a_key_in_every_kind_of_cell() {
     let bag = "bag = { joints = [\"shoulder\", \"elbow\"], effort = { unit = \"Nm\" } }\n";
     let of_bus = without_parameters(&fs::read_to_string(installation.cell()).unwrap());
     for (cell, text, source) in [
-        (installation.cell(), of_bus, SignalSource::Bus),
+        (installation.cell(), of_bus.clone(), SignalSource::Bus),
+        (installation.cell(), of_bus, SignalSource::OwnTable(Side::Motor)),
+        (table.clone(), two_link_cell("", ""), SignalSource::OwnTable(Side::Joint)),
         (table.clone(), two_link_cell("", ""), SignalSource::Table),
         (table, two_link_cell("", bag), SignalSource::Bag),
     ] {
@@ -415,19 +420,47 @@ fn columns_of_a_table_get_the_values_that_the_data_ask_for() {
 
     // A column whose scale no key has had: there is one to add.
     let text = fs::read_to_string(&table).unwrap();
+    fs::write(&table, column_times(&text, "motor_torque_nm_2", 1.2)).unwrap();
+    fs::write(&cell, data(["", newton_metres])).unwrap();
+    assert_corrected(&cell, &table, "torque-gain", "data.torque.factor", 1.0 / 1.2);
+}
+
+/// Returns a table with a column multiplied by a number.
+fn column_times(text: &str, column: &str, factor: f64) -> String {
     let mut lines = text.lines();
     let names: Vec<&str> = lines.next().unwrap().split(',').collect();
     let scaled = lines.map(|line| {
-        let fields = line.split(',').zip(&names).map(|(field, name)| match *name {
-            "motor_torque_nm_2" => (1.2 * field.parse::<f64>().unwrap()).to_string(),
-            _ => field.to_owned(),
+        let fields = line.split(',').zip(&names).map(|(field, name)| match *name == column {
+            true => (factor * field.parse::<f64>().unwrap()).to_string(),
+            false => field.to_owned(),
         });
         fields.collect::<Vec<_>>().join(",")
     });
     let scaled: Vec<String> = core::iter::once(names.join(",")).chain(scaled).collect();
-    fs::write(&table, scaled.join("\n")).unwrap();
-    fs::write(&cell, data(["", newton_metres])).unwrap();
-    assert_corrected(&cell, &table, "torque-gain", "data.torque.factor", 1.0 / 1.2);
+    scaled.join("\n")
+}
+
+/// A table in SI units, for a cell whose drives have their own keys: these do not change it.
+#[test]
+fn a_table_of_a_cell_with_a_bus_gets_the_values_that_the_data_ask_for() {
+    let (installation, log) = recorded();
+    let (cell, table) = (installation.cell(), installation.path("arm.csv"));
+    succeed(&[&"convert", &"--cell", &cell, &log, &table]);
+    let [shipped, right] = [&cell, &table].map(|file| fs::read_to_string(file).unwrap());
+    for (code, column, factor, key) in [
+        ("torque-gain", "motor_torque_nm_2", 1.2, "table.torque.factor"),
+        ("wrong-signs-of-joint", "motor_torque_nm_2", -1.0, "table.torque.sign"),
+        ("position-scale", "motor_position_rad_2", 1.25, "table.position.factor"),
+    ] {
+        fs::write(&cell, &shipped).unwrap();
+        fs::write(&table, column_times(&right, column, factor)).unwrap();
+        assert_corrected(&cell, &table, code, key, 1.0 / factor);
+    }
+    // A zero that the table has already is changed, and not added to.
+    fs::write(&table, &right).unwrap();
+    fs::write(&cell, &shipped).unwrap();
+    write(&cell, "table.position.zero", &json("[0.0, 1.9, 0.0, 0.0, 0.0, 0.0]"));
+    assert_zero_corrected(&cell, &table, "table.position.zero[2]");
 }
 
 /// The cell of the arm with two links, with further keys of `[urdf]` and `[data]`, each with its

@@ -80,6 +80,47 @@ impl TimeColumns {
     }
 }
 
+/// Corrections of one quantity, one for each axis; an empty list corrects nothing.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct AxisCorrections {
+    /// Factors, including the sign.
+    pub scales: Vec<f64>,
+    /// Values at which the quantity is 0 \[rad or m\].
+    pub zeros: Vec<f64>,
+}
+
+impl AxisCorrections {
+    const NONE: Self = Self { scales: Vec::new(), zeros: Vec::new() };
+}
+
+/// Corrections of didim's own columns. Those of positions are those of references as well.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct OwnColumns {
+    /// Positions.
+    pub position: AxisCorrections,
+    /// Torques or forces.
+    pub torque: AxisCorrections,
+}
+
+/// No corrections.
+static AS_WRITTEN: OwnColumns =
+    OwnColumns { position: AxisCorrections::NONE, torque: AxisCorrections::NONE };
+
+/// Columns that a table may have.
+#[derive(Clone, Copy, Debug)]
+pub struct TableColumns<'a> {
+    /// Those of another program.
+    pub configured: Option<&'a Columns>,
+    /// Corrections of didim's own.
+    pub own: &'a OwnColumns,
+}
+
+impl<'a> From<Option<&'a Columns>> for TableColumns<'a> {
+    fn from(configured: Option<&'a Columns>) -> Self {
+        Self { configured, own: &AS_WRITTEN }
+    }
+}
+
 /// Columns of a table that another program wrote.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Columns {

@@ -89,7 +89,8 @@ pub use bag::{BagContents, BagError, BagSpec, BagTime, BagTopic, is_sqlite, list
 pub use capacity::Capacity;
 pub use code::{CodeError, CodeModel, to_c, to_rust};
 pub use columns::{
-    AXIS_PLACEHOLDER, AxisColumns, Columns, INDEX_PLACEHOLDER, Quantity, TimeColumns, unwrap_turns,
+    AXIS_PLACEHOLDER, AxisColumns, AxisCorrections, Columns, INDEX_PLACEHOLDER, OwnColumns,
+    Quantity, TableColumns, TimeColumns, unwrap_turns,
 };
 pub use container::foreign_container;
 pub use export::{
@@ -106,8 +107,8 @@ pub use record::{Piece, Record};
 pub use row_times::{join_times, mean_rate_hz};
 pub use start::RecordingStart;
 pub use table::{
-    RowPlace, SignalArrays, Table, TableError, TableNames, is_parquet, list_table, read_csv,
-    read_rows, read_table, write_csv,
+    RowPlace, SignalArrays, Table, TableError, TableNames, is_parquet, list_table, own_side,
+    read_csv, read_rows, read_table, write_csv,
 };
 pub use text_kind::TextKind;
 pub use time_limits::TimeLimits;

@@ -89,7 +89,7 @@ impl Recording {
             return Err(errors::data(format!("{name} {problem}")));
         }
         let record = Record::from_arrays(arrays).map_err(errors::data)?;
-        Ok(Self { record: Arc::new(record), file: None, source: SignalSource::Table })
+        Ok(Self { record: Arc::new(record), file: None, source: SignalSource::Arrays })
     }
 
     /// Sample rate \[Hz\].

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::column::Column;
 use super::error::TableError;
 use super::source::Source;
-use crate::columns::{Columns, Quantity, TimeColumns};
+use crate::columns::{AxisColumns, AxisCorrections, Columns, OwnColumns, Quantity, TimeColumns};
 use crate::measurement::Side;
 
 /// Content of all columns of a table, in their order.
@@ -59,12 +59,38 @@ impl Header {
         }
         let times = count(Column::Time);
         if times > 1 {
-            return Err(TableError::Columns { file: file(), column: "time_s".into(), axes });
+            return Err(TableError::Columns { file: file(), column: TIME_COLUMN.into(), axes });
         }
         Ok(Self { side, axes, columns, has_time: times == 1, has_reference })
     }
 }
 
+impl Header {
+    /// Returns didim's own columns as configured ones, with corrections.
+    pub(super) fn corrected(&self, corrections: &OwnColumns) -> Columns {
+        let Self { side, axes, .. } = *self;
+        let of = |quantity, AxisCorrections { scales, zeros }: &AxisCorrections| AxisColumns {
+            names: (0..axes).map(|axis| column_name(side, quantity, axis)).collect(),
+            scales: scales.clone(),
+            zeros: zeros.clone(),
+            wraps: Vec::new(),
+        };
+        let OwnColumns { position, torque } = corrections;
+        Columns {
+            side,
+            axes,
+            time: self
+                .has_time
+                .then(|| TimeColumns::Numbers { column: TIME_COLUMN.to_owned(), second: 1.0 }),
+            position: of(Quantity::Position, position),
+            torque: of(Quantity::Torque, torque),
+            reference: self.has_reference.then(|| of(Quantity::Reference, position)),
+        }
+    }
+}
+
+/// didim's own column of the time.
+const TIME_COLUMN: &str = "time_s";
 /// Maximum number of names that an error lists.
 const MAX_LISTED_NAMES: usize = 24;
 
@@ -147,7 +173,7 @@ fn find_column(source: &dyn Source, name: &str, path: &Path) -> Result<usize, Ta
 }
 
 fn parse_name(name: &str) -> Option<(Option<Side>, Column)> {
-    if name == "time_s" {
+    if name == TIME_COLUMN {
         return Some((None, Column::Time));
     }
     let (side, rest) = [Side::Motor, Side::Joint].into_iter().find_map(|side| {

@@ -31,7 +31,7 @@ use std::path::Path;
 use flate2::bufread::MultiGzDecoder;
 
 use crate::capacity::Capacity;
-use crate::columns::{Columns, Quantity, unwrap_turns};
+use crate::columns::{Columns, Quantity, TableColumns, unwrap_turns};
 use crate::container::begins_with;
 use crate::measurement::{Measurement, Side};
 use crate::missing_values::{CompleteRows, DisjointColumns, MissingValues};
@@ -70,26 +70,23 @@ pub fn read_csv(path: &Path, sample_rate_hz: Option<f64>) -> Result<Measurement,
 }
 
 /// Reads a table with didim's own columns or with configured ones. A table with all of its own
-/// columns and none of the configured ones is read by its own. Rows with jittering times are
-/// resampled to `nominal_hz`. The record is cut at missing samples and values.
+/// columns and none of the configured ones is read by its own, with corrections. Rows with
+/// jittering times are resampled to `nominal_hz`. The record is cut at missing samples and values.
 ///
 /// `sample_rate_hz` replaces a missing time column; when both are there they must agree.
 ///
 /// # Errors
 /// See [`TableError`].
-pub fn read_table(
+pub fn read_table<'a>(
     path: &Path,
     sample_rate_hz: Option<f64>,
     nominal_hz: f64,
-    columns: Option<&Columns>,
+    columns: impl Into<TableColumns<'a>>,
 ) -> Result<Record, TableError> {
-    let source = open(path, columns)?;
-    let is_configured = |columns: &&Columns| {
-        let wanted = columns.all_names();
-        source.names().iter().any(|name| wanted.contains(name))
-            || Header::parse(source.as_ref(), path).is_err()
-    };
-    let columns = columns.filter(is_configured);
+    let TableColumns { configured, own } = columns.into();
+    let source = open(path, configured)?;
+    let own = own_header(source.as_ref(), path, configured).map(|header| header.corrected(own));
+    let columns = own.as_ref().or(configured);
     let mut table = read(source, path, sample_rate_hz.is_none(), columns)?;
     let missing = table.incomplete_rows.take();
     if let (None, Some(missing_rows), Some(rate_hz)) = (&table.time, &missing, sample_rate_hz) {
@@ -122,6 +119,20 @@ pub fn read_table(
         }
     }
     record
+}
+
+/// Returns the header of a table that is read by didim's own columns.
+fn own_header(source: &dyn Source, path: &Path, columns: Option<&Columns>) -> Option<Header> {
+    let wanted = columns.map(Columns::all_names).unwrap_or_default();
+    let is_configured = source.names().iter().any(|name| wanted.contains(name));
+    if is_configured { None } else { Header::parse(source, path).ok() }
+}
+
+/// Returns the side of a table that [`read_table`] reads by didim's own columns. `None` for others,
+/// and for a file that cannot be read.
+pub fn own_side(path: &Path, columns: Option<&Columns>) -> Option<Side> {
+    let source = open(path, columns).ok()?;
+    own_header(source.as_ref(), path, columns).map(|header| header.side)
 }
 
 /// First bytes of a gzip file (RFC 1952).
