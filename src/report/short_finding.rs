@@ -154,6 +154,7 @@ mod tests {
             figure: Some(figure),
             limit: Some(limit),
             unit: Some("1".to_owned()),
+            significance: None,
             set: None,
             message: String::new(),
         }

@@ -53,6 +53,9 @@ fn settings(result: &Value, code: &str, begin: &str) -> Vec<Value> {
     begins.cloned().collect()
 }
 
+/// Largest probability of a false finding.
+const FALSE: f64 = 0.01;
+
 /// Identifies with a wrong cell, writes what its finding says, and identifies again.
 fn assert_corrected(cell: &Path, input: &Path, code: &str, begin: &str, right: f64) {
     assert_corrected_within(cell, input, (code, begin), [right, 0.02 * right.abs().max(1.0)]);
@@ -70,6 +73,13 @@ fn assert_corrected_within(
     let found = settings(&before, code, begin);
     // Others may follow from the first.
     assert!(!found.is_empty(), "{begin}: {:#}", before["verdict"]["findings"]);
+    assert!(found[0]["figure"].is_number(), "{}", found[0]);
+    // Signs of parameters are counted, and not tested.
+    if code != "wrong-signs-of-joint" {
+        let [probability, tests] = ["probability", "tests"]
+            .map(|name| found[0]["significance"][name].as_f64().unwrap_or(f64::NAN));
+        assert!(tests >= 1.0 && probability * tests < FALSE, "{}", found[0]);
+    }
     let set = &found[0]["set"];
     let (key, line) = (set["key"].as_str().unwrap(), set["line"].as_u64().unwrap());
     let name = set["file"].as_str().unwrap();

@@ -85,7 +85,11 @@ pub(crate) fn identification() -> Identification {
         convergence: vec![step(1, 1e5), step(2, f64::NAN), step(3, 0.01)],
         verdict: Verdict {
             applicable: false,
-            reasons: vec![Reason::OtherParameters { name: HOSTILE.to_owned(), deviations: 5.0 }],
+            reasons: vec![Reason::OtherParameters {
+                name: HOSTILE.to_owned(),
+                deviations: 5.0,
+                tests: 1,
+            }],
             notes: vec![Note::NoReference],
             ..Verdict::default()
         },

@@ -44,14 +44,14 @@ pub use gains::{ArmParameter, DriveGain, Gains, GainsError, KnownLoad, Scale, fi
 pub use identify::{identify, identify_unchecked};
 pub use judgement::{
     Alternative, BaseAxis, CATALOGUE, CatalogueRow, Change, Chosen, ChosenCutoff, ChosenFriction,
-    ClippedSignal, ControllerUnchecked, ConvergenceStep, CutoffTrial, Estimate, Extrapolation,
-    Finding, FindingCode, Fit, FitMotion, FrictionChange, FrictionGain, FrictionScore,
-    FrozenSignal, HeldOut, Identification, Information, KeptParameter, Lag, Lean, ModelUncertainty,
-    ModelUncertaintySchema1, Note, NuisanceEstimate, NuisanceParameter, Output,
+    ClippedSignal, ControllerUnchecked, ConvergenceStep, CutoffTrial, Estimate, Evidence,
+    Extrapolation, Finding, FindingCode, Fit, FitMotion, FrictionChange, FrictionGain,
+    FrictionScore, FrozenSignal, HeldOut, Identification, Information, KeptParameter, Lag, Lean,
+    ModelUncertainty, ModelUncertaintySchema1, Note, NuisanceEstimate, NuisanceParameter, Output,
     ParameterCovariance, ParameterEstimate, PhysicalConsistency, PositionBias, PredictedError,
     Quantity, ReachedRange, Reason, ReferenceSource, ResidualQuantiles, SCHEMA, Setting,
-    SettingValue, Severity, Signal, SignalAxis, SingularValues, Subject, TorqueDelay, UseVerdict,
-    Uses, Verdict,
+    SettingValue, Severity, Signal, SignalAxis, Significance, SingularValues, Subject, TorqueDelay,
+    UseVerdict, Uses, Verdict,
 };
 pub use observation::{Motion, filtered_motion, observation_matrix};
 pub use payload::{

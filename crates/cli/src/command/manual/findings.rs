@@ -26,8 +26,17 @@ pub(super) fn page() -> Page {
                  finding as data in `verdict.findings`: `code`, `severity` (`blocking`, \
                  `explanatory` or `advisory`), `uses` (those that it blocks or explains), \
                  `subject` (`joints`, `motors`, `links` or `parameters`), `figure`, `limit`, \
-                 `unit` (`1` for shares, ratios and counts), `set` and `message`. Codes keep their \
-                 names; messages may change. In the tables `…`, N, M and P replace values.",
+                 `unit` (`1` for shares, ratios and counts), `significance`, `set` and `message`. \
+                 Codes keep their names; messages may change. In the tables `…`, N, M and P \
+                 replace values.",
+            ),
+            text(
+                "`significance` is there if the finding is the outcome of a statistical test: \
+                 `probability`, that one test has such an outcome although nothing is wrong, and \
+                 `tests`, their number in this verdict. Their product is the probability of a \
+                 false finding of this kind. For another reading of the data, `probability` is the \
+                 odds against it by Schwarz's criterion. The other findings compare a figure with \
+                 its limit, or are counts.",
             ),
             text(
                 "`set` is the key to change in the cell or robot file, if the data ask for another \

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::finding_code::{FindingCode, Severity};
 use super::setting::Setting;
+use super::significance::Significance;
 use crate::identification::problem::Use;
 
 /// The object of a finding. Joints, motors and links count from 1.
@@ -42,6 +43,9 @@ pub struct Finding {
     /// Unit of figure and limit: `1` for shares, ratios and counts, `σ` for standard deviations.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
+    /// Probability of the finding by chance, if it is the outcome of a statistical test.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub significance: Option<Significance>,
     /// Key of a configured value, with the value that the data ask for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub set: Option<Setting>,
@@ -60,6 +64,7 @@ impl Finding {
             figure: None,
             limit: None,
             unit: None,
+            significance: None,
             set: None,
             message,
         }

@@ -2,12 +2,13 @@
 
 use didim_dynamics::robot::JointIndex;
 
-use super::alternatives::{Alternative, Lag};
+use super::alternatives::{Alternative, Evidence, Lag};
 use super::clipped_signal::ClippedSignal;
 use super::finding::{Finding, Subject};
 use super::finding_code::{FindingCode, Severity};
 use super::nuisance_parameters::{NuisanceEstimate, NuisanceParameter};
 use super::reasons::{Note, Reason};
+use super::significance::Significance;
 use crate::identification::problem::Use;
 
 /// Subject of a finding, and its figure with the limit.
@@ -17,11 +18,13 @@ struct Facts {
     figure: Option<f64>,
     limit: Option<f64>,
     unit: Option<&'static str>,
+    significance: Option<Significance>,
 }
 
 impl Facts {
     fn new(subject: Option<Subject>, figure: f64, unit: &'static str) -> Self {
-        Self { subject, figure: Some(figure), limit: None, unit: Some(unit) }
+        let (figure, unit) = (Some(figure), Some(unit));
+        Self { subject, figure, unit, ..Self::default() }
     }
 
     fn of_joint(joint: JointIndex, figure: f64, unit: &'static str) -> Self {
@@ -36,6 +39,10 @@ impl Facts {
         Self { limit: Some(limit), ..self }
     }
 
+    fn by_test(self, significance: Option<Significance>) -> Self {
+        Self { significance, ..self }
+    }
+
     fn finding(
         self,
         code: FindingCode,
@@ -43,11 +50,12 @@ impl Facts {
         uses: Vec<Use>,
         message: String,
     ) -> Finding {
-        let Self { subject, figure, limit, unit } = self;
+        let Self { subject, figure, limit, unit, significance } = self;
         // JSON cannot represent numbers that are not finite.
         let [figure, limit] = [figure, limit].map(|of| of.filter(|value| value.is_finite()));
         let unit = unit.map(str::to_owned);
-        Finding { code, severity, uses, subject, figure, limit, unit, set: None, message }
+        let set = None;
+        Finding { code, severity, uses, subject, figure, limit, unit, significance, set, message }
     }
 }
 
@@ -166,8 +174,11 @@ impl Reason {
 
     fn facts(&self) -> Facts {
         match self {
-            Self::Controller { joint, error } => Facts::of_joint(*joint, *error, "1"),
-            Self::OppositeCommand { joint } => Facts::about(Subject::Joints(vec![*joint])),
+            Self::Controller { joint, error, significance }
+            | Self::OppositeCommand { joint, error, significance } => {
+                Facts::of_joint(*joint, *error, "1").by_test(*significance)
+            }
+
             Self::ConditionNumber { value, limit } => {
                 Facts::new(None, *value, "1").with_limit(*limit)
             }
@@ -183,9 +194,11 @@ impl Reason {
                 Facts::new(None, *figure, "1").with_limit(*limit)
             }
             Self::NotDecimated | Self::TooFewMotions => Facts::default(),
-            Self::Negative { name, value, standard_deviation, .. } => {
+            Self::Negative { name, value, standard_deviation, tests, .. } => {
                 let subject = Subject::Parameters(vec![name.clone()]);
-                Facts::new(Some(subject), value / standard_deviation, "σ")
+                let deviations = value / standard_deviation;
+                let significance = Significance::of_deviation(deviations, *tests);
+                Facts::new(Some(subject), deviations, "σ").by_test(significance)
             }
             Self::Indefinite { deviations, .. } => Facts::new(None, *deviations, "σ"),
             Self::PhysicallyImpossible(found) => {
@@ -193,13 +206,10 @@ impl Reason {
                 let subject = Subject::Parameters(names.collect());
                 Facts::new(Some(subject), found.cost, "1").with_limit(found.threshold)
             }
-            Self::WrongSigns { negative, of } => {
-                #[expect(clippy::cast_precision_loss, reason = "a few parameters")]
-                let share = *negative as f64 / *of as f64;
-                Facts::new(None, share, "1")
-            }
-            Self::WrongSignsOfJoint { joint, .. } => Facts::about(Subject::Joints(vec![*joint])),
-            Self::Alternative { found, .. } => of_alternative(found),
+            Self::WrongSigns { negative, of } => Facts::new(None, share(*negative, *of), "1"),
+            // All of them are negative.
+            Self::WrongSignsOfJoint { joint, .. } => Facts::of_joint(*joint, 1.0, "1"),
+            Self::Alternative { found, evidence, .. } => of_alternative(found, *evidence),
             Self::UnsignedTorque { motors } => Facts::about(Subject::Motors(motors.clone())),
             Self::ClippedTorque { found } => clipped(found),
             Self::FrozenSignal { found } => {
@@ -208,7 +218,12 @@ impl Reason {
             Self::OtherUnit { joint, torque, limit } => {
                 Facts::of_joint(*joint, torque / limit, "1").with_limit(1.0)
             }
-            Self::Contradicted { nuisance, .. } => correction(nuisance),
+            Self::Contradicted { nuisance, tests, .. } => {
+                let quantity = nuisance.quantity;
+                let significance =
+                    quantity.and_then(|of| Significance::of_deviation(of.contradiction(), *tests));
+                correction(nuisance).by_test(significance)
+            }
             Self::MissingTorque { joints } => Facts::about(Subject::Joints(joints.clone())),
             Self::Unmoved { joint, span, unit } => Facts::of_joint(*joint, *span, unit),
             Self::Uncertain { parameters, limit } => {
@@ -216,8 +231,10 @@ impl Reason {
                 let names = parameters.iter().map(|(name, _)| name.clone()).collect();
                 Facts::new(Some(Subject::Parameters(names)), worst, "1").with_limit(*limit)
             }
-            Self::OtherParameters { name, deviations } => {
+            Self::OtherParameters { name, deviations, tests } => {
+                let significance = Significance::of_deviation(*deviations, *tests);
                 Facts::new(Some(Subject::Parameters(vec![name.clone()])), *deviations, "σ")
+                    .by_test(significance)
             }
             Self::WeakInstruments { correlation: figure }
             | Self::AboveNoise { ratio: figure }
@@ -279,9 +296,10 @@ impl Note {
             | Self::IncompleteTorque { parameters, .. } => {
                 Facts::about(Subject::Parameters(parameters.clone()))
             }
-            Self::ColouredResiduals { joints, .. } | Self::TorqueLimitOpen { joints } => {
-                Facts::about(Subject::Joints(joints.clone()))
+            Self::ColouredResiduals { joints, significance, .. } => {
+                Facts::about(Subject::Joints(joints.clone())).by_test(*significance)
             }
+            Self::TorqueLimitOpen { joints } => Facts::about(Subject::Joints(joints.clone())),
             Self::PositionBias { bias } => {
                 let subject = Subject::Parameters(vec![bias.parameter.clone()]);
                 Facts::new(Some(subject), bias.deviations, "σ")
@@ -290,18 +308,17 @@ impl Note {
             Self::FrozenSignal { found } => {
                 Facts::new(Some(Subject::Motors(found.motors.clone())), found.share, "1")
             }
-            Self::Outliers { rows, of, .. } => {
-                #[expect(clippy::cast_precision_loss, reason = "rows are far fewer than 2^52")]
-                let share = *rows as f64 / *of as f64;
-                Facts::new(None, share, "1")
+            Self::Outliers { rows, of, .. } => Facts::new(None, share(*rows, *of), "1"),
+            Self::DownweightedThroughout { joints, of } => {
+                let subject = Subject::Joints(joints.iter().map(|(joint, _)| *joint).collect());
+                let rows = joints.iter().map(|(_, rows)| *rows).sum();
+                Facts::new(Some(subject), share(rows, *of), "1")
             }
-            Self::DownweightedThroughout { joints, .. } => {
-                Facts::about(Subject::Joints(joints.iter().map(|(joint, _)| *joint).collect()))
-            }
-            Self::ModelError { nuisance, .. } => {
+            Self::ModelError { nuisance, tests, .. } => {
                 let joint = || Subject::Joints(vec![nuisance.joint]);
                 let subject = subject_of(nuisance.nuisance).unwrap_or_else(joint);
-                Facts::new(Some(subject), nuisance.relative_torque, "1")
+                let significance = Significance::of_probability(nuisance.probability, *tests);
+                Facts::new(Some(subject), nuisance.relative_torque, "1").by_test(significance)
             }
             Self::FarFromNominal { far } => {
                 Facts::new(Some(Subject::Links(vec![far.link])), far.distance_nats, "1")
@@ -310,20 +327,32 @@ impl Note {
     }
 }
 
-fn of_alternative(found: &Alternative) -> Facts {
+/// Returns the number of an alternative, or how much it explains.
+fn of_alternative(found: &Alternative, evidence: Option<Evidence>) -> Facts {
     let motors = found.motors();
     let subject = (!motors.is_empty()).then_some(Subject::Motors(motors));
-    match found {
+    let facts = match found {
         Alternative::Late { time_s, .. } => Facts::new(subject, time_s.value, "s"),
         Alternative::PositionScale { factor, .. } | Alternative::TorqueScale { factor, .. } => {
             Facts::new(subject, factor.value, "1")
         }
         Alternative::Coupling { .. } => {
             let entry = found.coupling().map(|entry| entry.value);
-            Facts { subject, figure: entry, unit: Some("1"), limit: None }
+            Facts { subject, figure: entry, unit: Some("1"), ..Facts::default() }
         }
-        _ => Facts { subject, ..Facts::default() },
-    }
+        _ => Facts {
+            subject,
+            figure: evidence.map(|of| of.explained),
+            unit: evidence.map(|_| "1"),
+            ..Facts::default()
+        },
+    };
+    facts.by_test(evidence.and_then(|of| of.significance))
+}
+
+#[expect(clippy::cast_precision_loss, reason = "rows and parameters are far fewer than 2^52")]
+fn share(some: usize, of: usize) -> f64 {
+    some as f64 / of as f64
 }
 
 fn clipped(found: &ClippedSignal) -> Facts {

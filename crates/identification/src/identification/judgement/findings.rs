@@ -146,7 +146,10 @@ impl<'a> Findings<'a> {
             bodies.as_ref().map(|of| PhysicalConsistency::new(of, estimate.parameters.len()));
         let signals = SignalFindings::new(context, unsigned, &estimate.relative_error_per_joint);
         let misread = alternatives.alternatives.into_iter();
-        let misread = misread.map(|found| Reason::Alternative { found, setting: None });
+        let misread = misread.map(|(found, evidence)| {
+            let evidence = Some(evidence);
+            Reason::Alternative { found, evidence, setting: None }
+        });
         let known = Known {
             context,
             torque,

@@ -6,7 +6,7 @@ use didim_dynamics::robot::{JointIndex, MotorIndex, TorqueTerm};
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use super::alternatives::{Alternative, Signal};
+use super::alternatives::{Alternative, Evidence, Signal};
 use super::bias::PositionBias;
 use super::clipped_signal::ClippedSignal;
 use super::finding::Finding;
@@ -14,6 +14,7 @@ use super::finding_code::{FindingCode, Severity};
 use super::frozen_signal::FrozenSignal;
 use super::nuisance_parameters::{NuisanceEstimate, NuisanceParameter};
 use super::setting::Setting;
+use super::significance::Significance;
 use crate::feasibility::{FarBody, PhysicallyImpossible};
 use crate::identification::problem::Failure;
 
@@ -26,7 +27,7 @@ use crate::identification::problem::Failure;
 )]
 pub enum Reason {
     /// The described controller does not reproduce the recorded command.
-    Controller { joint: JointIndex, error: f64 },
+    Controller { joint: JointIndex, error: f64, significance: Option<Significance> },
     /// The motion does not distinguish the parameters.
     ConditionNumber { value: f64, limit: f64 },
     /// The parameters leave the torque of a joint uncertain.
@@ -39,8 +40,15 @@ pub enum Reason {
     FewRows { per_parameter: f64, limit: f64 },
     /// Identified without the decimation filter.
     NotDecimated,
-    /// A parameter that is no combination and cannot be negative is negative.
-    Negative { quantity: &'static str, name: String, value: f64, standard_deviation: f64 },
+    /// A parameter that is no combination and cannot be negative is negative. `tests` is the number
+    /// of such parameters.
+    Negative {
+        quantity: &'static str,
+        name: String,
+        value: f64,
+        standard_deviation: f64,
+        tests: usize,
+    },
     /// The mass matrix is not positive definite at a posture \[rad or m\], by this number of
     /// standard deviations.
     Indefinite { posture: Vec<f64>, deviations: f64 },
@@ -48,12 +56,12 @@ pub enum Reason {
     PhysicallyImpossible(PhysicallyImpossible),
     /// The described controller commands the opposite of the recorded command, or three times as
     /// much.
-    OppositeCommand { joint: JointIndex },
+    OppositeCommand { joint: JointIndex, error: f64, significance: Option<Significance> },
     /// Parameters that cannot be negative are negative: their number, and that of all such
     /// parameters.
     WrongSigns { negative: usize, of: usize },
     /// Another reading of the signals, or of the arm, fits decisively better.
-    Alternative { found: Alternative, setting: Option<Setting> },
+    Alternative { found: Alternative, evidence: Option<Evidence>, setting: Option<Setting> },
     /// All identifiable quantities of a joint that cannot be negative are negative.
     /// They are two at least. The signal is the one whose inversion fits better.
     WrongSignsOfJoint {
@@ -72,8 +80,8 @@ pub enum Reason {
     FrozenSignal { found: FrozenSignal },
     /// The torque of a joint is many times its limit \[N·m or N\].
     OtherUnit { joint: JointIndex, torque: f64, limit: f64 },
-    /// The data contradict a configured value.
-    Contradicted { nuisance: NuisanceEstimate, setting: Option<Setting> },
+    /// The data contradict a configured value, one of the `tests` values that they can contradict.
+    Contradicted { nuisance: NuisanceEstimate, tests: usize, setting: Option<Setting> },
     /// The torque is uncertain outside the recorded motion. `freedoms` are the nuisance parameters
     /// with the largest torques in the data.
     Extrapolation { error: f64, limit: f64, freedoms: Vec<NuisanceEstimate> },
@@ -88,7 +96,7 @@ pub enum Reason {
     /// Parameters with their combined uncertainty, relative to their values.
     Uncertain { parameters: Vec<(String, f64)>, limit: f64 },
     /// Torques along the simulated motion give other parameters than the positions.
-    OtherParameters { name: String, deviations: f64 },
+    OtherParameters { name: String, deviations: f64, tests: usize },
     /// The instruments are barely correlated with the measured motion.
     WeakInstruments { correlation: f64 },
     /// The simulated torques differ by this many times the noise of IDIM-LS.
@@ -113,7 +121,11 @@ pub enum Note {
     /// These parameters may be zero.
     Insignificant { names: Vec<String> },
     /// The residuals of these joints are not white.
-    ColouredResiduals { joints: Vec<JointIndex>, decimated: bool },
+    ColouredResiduals {
+        joints: Vec<JointIndex>,
+        decimated: bool,
+        significance: Option<Significance>,
+    },
     /// The position filter is too close to half the sample rate to be checked.
     PositionFilterUnchecked { cutoff_hz: f64 },
     /// The method does not check the effect of position noise.
@@ -139,6 +151,8 @@ pub enum Note {
     /// Largest model error, if it is more than small.
     ModelError {
         nuisance: NuisanceEstimate,
+        /// Number of the effects that were tested.
+        tests: usize,
         /// Coupling that explains it.
         coupling: Option<Alternative>,
         setting: Option<Setting>,
@@ -236,14 +250,14 @@ impl Reason {
 impl Display for Reason {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Controller { joint, error } => write!(
+            Self::Controller { joint, error, .. } => write!(
                 f,
                 "the command of the described controller of joint {joint} differs from the \
                  recorded one by {:.2} %: check its gains and timing, the reference and the \
                  drive's torque gain",
                 100.0 * error
             ),
-            Self::OppositeCommand { joint } => write!(
+            Self::OppositeCommand { joint, .. } => write!(
                 f,
                 "the command of the described controller of joint {joint} differs from the \
                  recorded one by twice its size: the sign of its torque or position is wrong, or \
@@ -287,7 +301,7 @@ impl Display for Reason {
                     the loop to the quantised reference stays in the regressor; use the \
                     decimation filter",
             ),
-            Self::Negative { quantity, name, value, standard_deviation } => write!(
+            Self::Negative { quantity, name, value, standard_deviation, .. } => write!(
                 f,
                 "{quantity} {name} is negative, {value:.4} with a standard deviation of \
                  {standard_deviation:.2e}: check the signs of torque and transmission"
@@ -312,7 +326,7 @@ impl Display for Reason {
                  or correct the limit",
                 torque / limit
             ),
-            Self::Contradicted { nuisance, setting } => {
+            Self::Contradicted { nuisance, setting, .. } => {
                 contradicted(f, nuisance)?;
                 to_follow(f, setting.as_ref())
             }
@@ -368,13 +382,13 @@ impl Display for Reason {
                         .map(|(name, share)| format!("{name} ± {:.0} %", 100.0 * share))
                 )
             ),
-            Self::OtherParameters { name, deviations } => write!(
+            Self::OtherParameters { name, deviations, .. } => write!(
                 f,
                 "the torques along the simulated motion give other parameters than the positions: \
                  {name} differs by {deviations:.1} standard deviations; check the described \
                  controller and the model, or identify from the torques (clie, didim)"
             ),
-            Self::Alternative { found, setting } => {
+            Self::Alternative { found, setting, .. } => {
                 write!(f, "{found}")?;
                 to_follow(f, setting.as_ref())
             }
@@ -607,7 +621,7 @@ impl Display for Note {
                  move the joints concerned more",
                 few_listed(names)
             ),
-            Self::ColouredResiduals { joints, decimated } => write!(
+            Self::ColouredResiduals { joints, decimated, .. } => write!(
                 f,
                 "the residuals of joint {} are not white{}; the standard deviations include this",
                 listed(joints),

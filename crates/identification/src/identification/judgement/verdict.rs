@@ -8,6 +8,7 @@ use super::nuisance_parameters::{NuisanceEstimate, NuisanceParameter};
 use super::positive_parameter::{parameter, positive_quantity};
 use super::quantiles::ResidualQuantiles;
 use super::reasons::{Note, Reason};
+use super::significance::Significance;
 use super::uses::{Criteria, UseVerdict, Uses};
 use super::workspace::Indefinite;
 use crate::feasibility::Outcome;
@@ -124,10 +125,13 @@ impl VerdictLimits {
         };
         let (delays, others): (Vec<_>, Vec<_>) =
             estimate.nuisance_parameters.iter().partition(|found| found.is_delay());
+        let is_tested =
+            |of: &&NuisanceEstimate| of.quantity.is_some() && !of.nuisance.is_ambiguous();
+        let tests = estimate.nuisance_parameters.iter().filter(is_tested).count();
         let mut found = known.explanations.clone();
         found.extend(coupling_behind_gains(known.context, &others, &found));
         let others = others.into_iter().filter(|of| !follows_from(of, &found));
-        let contradicted_values: Vec<Reason> = contradicted(others).collect();
+        let contradicted_values: Vec<Reason> = contradicted(others, tests).collect();
         let is_new =
             |of: &&Reason| !is_repeated(of, &blocking) && !is_repeated(of, &contradicted_values);
         let explanations: Vec<Reason> = (explaining.into_iter())
@@ -136,7 +140,7 @@ impl VerdictLimits {
             .collect();
         // A delay belongs to the record, and does not affect predictions.
         let of_values: Vec<Reason> =
-            explanations.iter().cloned().chain(contradicted(delays)).collect();
+            explanations.iter().cloned().chain(contradicted(delays, tests)).collect();
         let quantiles = &estimate.held_out.quantiles_per_joint;
         let uses = Uses {
             monitoring: self.monitoring(known, estimate).decide(&blocking, &explanations),
@@ -293,15 +297,19 @@ impl VerdictLimits {
     fn controller(&self, known: &Known<'_>, estimate: &Estimate) -> Vec<Reason> {
         let errors = estimate.controller_error_per_joint.iter().flatten();
         let probabilities = estimate.controller_probability_per_joint.as_deref().unwrap_or(&[]);
-        let is_real = |joint: JointIndex| {
-            let probability = probabilities.get(joint.position());
-            probability.is_some_and(|of| self.is_significant(*of, probabilities.len()))
-        };
+        let tests = probabilities.len();
+        let probability = |joint: JointIndex| probabilities.get(joint.position()).copied();
+        let is_real =
+            |joint: JointIndex| probability(joint).is_some_and(|of| self.is_significant(of, tests));
         // A smaller error is within the combined uncertainty, which includes the torque gain.
         let limit = self.controller_error.max(known.context.options.tolerances.torque_gain);
-        let reason = |(joint, error): (JointIndex, f64)| match OPPOSITE.contains(&error) {
-            true => Reason::OppositeCommand { joint },
-            false => Reason::Controller { joint, error },
+        let reason = |(joint, error): (JointIndex, f64)| {
+            let significance =
+                probability(joint).and_then(|of| Significance::of_probability(of, tests));
+            match OPPOSITE.contains(&error) {
+                true => Reason::OppositeCommand { joint, error, significance },
+                false => Reason::Controller { joint, error, significance },
+            }
         };
         exceeding(errors, limit).filter(|(joint, _)| is_real(*joint)).map(reason).collect()
     }
@@ -317,13 +325,17 @@ impl VerdictLimits {
     fn negative(&self, known: &Known<'_>, estimate: &Estimate) -> impl Iterator<Item = Reason> {
         // A regrouped parameter may be negative, because it subtracts others.
         let alone = estimate.parameters.iter().enumerate().filter(|(_, p)| !p.regrouped);
-        alone.filter_map(|(index, parameter)| {
-            let quantity = positive_quantity(known.context, index)?;
+        let positive: Vec<(usize, &'static str)> = alone
+            .filter_map(|(index, _)| Some((index, positive_quantity(known.context, index)?)))
+            .collect();
+        let tests = positive.len();
+        positive.into_iter().filter_map(move |(index, quantity)| {
+            let parameter = &estimate.parameters[index];
             let (value, standard_deviation) =
                 (parameter.value, parameter.combined_standard_deviation);
             exceeds(-value, self.negative_deviations * standard_deviation).then(|| {
                 let name = parameter.name.clone();
-                Reason::Negative { quantity, name, value, standard_deviation }
+                Reason::Negative { quantity, name, value, standard_deviation, tests }
             })
         })
     }
@@ -393,8 +405,11 @@ impl VerdictLimits {
         let (name, deviations) = (names.iter())
             .zip(difference.component_div(deviations).abs().iter().copied())
             .max_by(|(_, a), (_, b)| a.total_cmp(b))?;
-        exceeds(deviations, self.model_shift_deviations)
-            .then(|| Reason::OtherParameters { name: name.clone(), deviations })
+        exceeds(deviations, self.model_shift_deviations).then(|| Reason::OtherParameters {
+            name: name.clone(),
+            deviations,
+            tests: names.len(),
+        })
     }
 
     /// Returns the notes that the user of a result must know and that do not speak against its use.
@@ -435,7 +450,10 @@ impl VerdictLimits {
             .collect();
         if !joints.is_empty() {
             let decimated = !context.decimation.is_none();
-            notes.push(Note::ColouredResiduals { joints, decimated });
+            let probabilities = estimate.whiteness_per_joint.iter().copied();
+            let least = probabilities.fold(1.0, f64::min);
+            let significance = Significance::of_probability(least, tests);
+            notes.push(Note::ColouredResiduals { joints, decimated, significance });
         }
         // A contradicted configured value already has a reason.
         let effects = &estimate.nuisance_parameters;
@@ -446,6 +464,7 @@ impl VerdictLimits {
         let largest = largest.filter(|found| found.nuisance.is_model_error());
         notes.extend(largest.map(|found| Note::ModelError {
             nuisance: found.clone(),
+            tests: effects.len(),
             coupling: match found.nuisance {
                 NuisanceParameter::Coupling { joint, neighbour } => {
                     missing_coupling(context, [joint, neighbour])
@@ -466,16 +485,20 @@ fn contact_detection(quantiles: &[ResidualQuantiles]) -> Criteria {
 }
 
 /// Returns reasons for configured values that the data contradict, the largest torques first.
+/// `tests` is the number of values that they can contradict.
 fn contradicted<'a>(
     freedoms: impl IntoIterator<Item = &'a NuisanceEstimate>,
+    tests: usize,
 ) -> impl Iterator<Item = Reason> {
     let is_cause = |of: &&NuisanceEstimate| !of.nuisance.is_ambiguous();
-    freedoms.into_iter().filter(is_cause).filter_map(|found| {
-        let quantity = found.quantity?;
-        let least = Tolerances::CONTRADICTION_DEVIATIONS
-            * quantity.configured.hypot(quantity.standard_deviation);
-        (found.relative_torque >= DUST && quantity.value.abs() > least)
-            .then(|| Reason::Contradicted { nuisance: found.clone(), setting: None })
+    freedoms.into_iter().filter(is_cause).filter_map(move |found| {
+        let deviations = found.quantity?.contradiction().abs();
+        let is_contradicted = deviations > Tolerances::CONTRADICTION_DEVIATIONS;
+        (found.relative_torque >= DUST && is_contradicted).then(|| Reason::Contradicted {
+            nuisance: found.clone(),
+            tests,
+            setting: None,
+        })
     })
 }
 
@@ -486,7 +509,7 @@ fn coupling_behind_gains(
     explanations: &[Reason],
 ) -> Option<Reason> {
     let unexplained = nuisance.iter().copied().filter(|of| !follows_from(of, explanations));
-    let mut gains = contradicted(unexplained).filter_map(|reason| match reason {
+    let mut gains = contradicted(unexplained, nuisance.len()).filter_map(|reason| match reason {
         Reason::Contradicted { nuisance, .. } => match nuisance.nuisance {
             NuisanceParameter::TorqueGain(joint) => Some(joint),
             _ => None,
@@ -494,7 +517,7 @@ fn coupling_behind_gains(
         _ => None,
     });
     let found = gains.find_map(|joint| other_coupling(context, joint))?;
-    Some(Reason::Alternative { found, setting: None })
+    Some(Reason::Alternative { found, evidence: None, setting: None })
 }
 
 /// Returns true for a value of a joint whose motor is coupled differently or has another position

@@ -32,6 +32,7 @@ use nalgebra::DVector;
 use self::bank::{Group, bank, lag_times};
 use self::refit::{Inspected, JointResidual, Refit, Shared, Solved, context_of};
 use self::screen::{RESOLUTION_OF_DIRECTION, Screen};
+use super::significance::Significance;
 use crate::identification::problem::{Context, Experiment};
 use crate::regression::{ResidualAnalysis, RowFilter};
 use didim_dynamics::dynamics::{BaseParameters, Model};
@@ -69,11 +70,20 @@ const STEP: f64 = 0.05;
 /// Largest number of such steps from the number of the screening to the most likely one.
 const MOST_STEPS: usize = 20;
 
+/// Size and significance of an alternative.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Evidence {
+    /// Largest reduction of the residual of a joint, as a share of its torque.
+    pub explained: f64,
+    /// Odds against the configured reading. `None` if they are not a number.
+    pub significance: Option<Significance>,
+}
+
 /// Alternatives that fit decisively better.
 #[derive(Default)]
 pub(super) struct FoundAlternatives {
     /// The most decisive first. Each is found with the ones before it applied.
-    pub(super) alternatives: Vec<Alternative>,
+    pub(super) alternatives: Vec<(Alternative, Evidence)>,
     /// Change of the parameters with all of them, and with one that is not named because it matters
     /// too little, or because another one explains nearly as much. `None` if the model is another
     /// one.
@@ -219,17 +229,17 @@ impl Reading {
 fn explain(refit: &Refit<'_>, logged: &Experiment, found: &mut FoundAlternatives) {
     let is_first = found.alternatives.is_empty();
     let is_comparable = is_first || found.parameter_change.is_some();
-    let alternative = match best(refit, logged) {
+    let (alternative, evidence) = match best(refit, logged) {
         None => return,
         Some(Best::Unnamed(parameters)) => {
             found.parameter_change = parameters.filter(|_| is_comparable);
             return;
         }
-        Some(Best::Named(alternative)) => alternative,
+        Some(Best::Named(alternative, evidence)) => (alternative, evidence),
     };
     let reading = Reading::new(&alternative, &refit.context, logged);
     let (is_same_model, shared) = (!alternative.has_other_model(), alternative.shared(refit));
-    found.alternatives.push(alternative);
+    found.alternatives.push((alternative, evidence));
     let Some(better) = reading.refit(&refit.context, shared) else {
         found.parameter_change = None;
         return;
@@ -271,6 +281,14 @@ impl Candidate {
         }
         let before = of(&configured.solved);
         own.iter().all(|parameter| before.contains(parameter))
+    }
+
+    /// Returns the largest reduction of a joint's relative residual.
+    fn largest_reduction(&self) -> f64 {
+        let [before, after] = &self.squares;
+        let reductions =
+            before.iter().zip(after).map(|(before, after)| before.sqrt() - after.sqrt());
+        reductions.fold(0.0, f64::max)
     }
 
     /// Returns the evidence of the rows of some joints. Two alternatives that explain different
@@ -343,7 +361,7 @@ impl Candidate {
 /// Alternative that fits decisively better than the configured reading.
 enum Best {
     /// It matters, and fits decisively better than every unrelated alternative.
-    Named(Alternative),
+    Named(Alternative, Evidence),
     /// It matters too little, or another one explains nearly as much. Its parameters, if it can be
     /// fitted.
     Unnamed(Option<DVector<f64>>),
@@ -379,9 +397,12 @@ fn best(refit: &Refit<'_>, logged: &Experiment) -> Option<Best> {
     let judged = fitted.into_iter().filter_map(|of| of.judge(&analysis, count));
     let mut candidates: Vec<Candidate> = judged.collect();
     candidates.sort_by(|one, other| other.evidence.total_cmp(&one.evidence));
-    let named = named(&candidates, refit, &filter).and_then(|of| of.estimated(refit, logged));
-    if let Some(alternative) = named {
-        return Some(Best::Named(alternative.simplified()));
+    if let Some(named) = named(&candidates, refit, &filter)
+        && let Some(alternative) = named.estimated(refit, logged)
+    {
+        let significance = Significance::of_evidence(named.evidence, count);
+        let evidence = Evidence { explained: named.largest_reduction(), significance };
+        return Some(Best::Named(alternative.simplified(), evidence));
     }
     let first = candidates.first().filter(|of| of.evidence > DECISIVE)?;
     let parameters = || first.solved.as_ref().map(|of| of.parameters().clone());

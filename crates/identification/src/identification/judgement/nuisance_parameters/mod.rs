@@ -315,6 +315,14 @@ pub struct Quantity {
     pub unit: Unit,
 }
 
+impl Quantity {
+    /// Returns the deviation in standard deviations of the data and of the configured value
+    /// together.
+    pub(super) fn contradiction(self) -> f64 {
+        self.value / self.configured.hypot(self.standard_deviation)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
