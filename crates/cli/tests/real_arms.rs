@@ -359,6 +359,31 @@ fn the_cross_validation_of_real_arms_does_not_depend_on_the_decimation() {
     }
 }
 
+/// The uncertainty of a joint's torque is a share of its root mean square torque, or of its floor:
+/// that of the torque limit of 10 kN·m.
+#[test]
+fn the_torque_floor_is_an_option() {
+    const LIMIT: f64 = 10_000.0;
+    for floor in [0.001, 0.05, 0.3] {
+        let line = format!("limits = {{ torque_floor = {floor} }}\n");
+        let (_place, cell) = changed_cell(&line);
+        let motions = motions_of("ab");
+        let result = json(&identify_arm_with(&cell, "kr300", &motions, "1.8", "8.196"));
+        let of_joints = |name: &str| -> Vec<f64> {
+            result[name].as_array().unwrap().iter().map(|of| of.as_f64().unwrap()).collect()
+        };
+        let errors = of_joints("relative_error_per_joint");
+        let torques = of_joints("rms_error_per_joint_nm").into_iter().zip(errors);
+        let torques = torques.map(|(error, relative)| error / relative);
+        let shares = of_joints("relative_prediction_deviation_per_joint");
+        let figures =
+            shares.iter().zip(torques).map(|(share, rms)| share * rms / rms.max(floor * LIMIT));
+        let expected = figures.fold(0.0, f64::max);
+        let found = figure(&result["verdict"]["uses"]["monitoring"], "figure");
+        assert!((found / expected - 1.0).abs() < 1e-9, "{floor}: {found}, not {expected}");
+    }
+}
+
 /// Two motions predict the third with an error of 3.5 to 5.5 %, and their results expect that
 /// error. One motion alone reports that it knows little.
 #[test]

@@ -23,9 +23,17 @@ PARTS = [0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0]
 
 
 def answer(program, recording, motions):
-    """Returns answer and figure of each use, and the error on the second motion, of all joints and of each."""
+    """Returns answer and figure of each use, the error on held-out time and on the second motion, of all joints and each."""
     found = statements.answer(program, dataclasses.replace(recording, motions=motions), RIGHT)
-    return found["uses"], [found["second"], *found["second_per_joint"]]
+    of_all, of_joints = found["held_out"]
+    return found["uses"], [of_all, *of_joints], [found["second"], *found["second_per_joint"]]
+
+
+def change(before, after):
+    """The change of the error of all joints, and the largest of a joint."""
+    changes = [one / other if one and other else None for one, other in zip(after, before)]
+    shown = lambda of: "none" if of is None else f"{100 * (of - 1):+.0f} %"
+    return f"{shown(changes[0])}, {shown(max((of for of in changes[1:] if of), default=None))}"
 
 
 def shorter(motion, samples):
@@ -37,10 +45,10 @@ def repeated(program):
     print("| recording | copies | answers that change | figures that rise by more than 2 % | that fall by more than 2 % |")
     print("|---|---|---|---|---|")
     for recording in statements.recordings():
-        once, _ = answer(program, recording, recording.motions)
+        once, *_ = answer(program, recording, recording.motions)
         for count in (2, 4, 8):
             motions = [shorter(motion, copy) for copy in range(count) for motion in recording.motions]
-            uses, _ = answer(program, recording, motions)
+            uses, *_ = answer(program, recording, motions)
             other = [name for name, (applicable, _) in uses.items() if applicable != once[name][0]]
             ratio = {name: of[1] / once[name][1] for name, of in uses.items() if of[1] and once[name][1]}
             text = lambda names: ", ".join(f"{name} {100 * (ratio[name] - 1):+.0f} %" for name in names) or "none"
@@ -51,8 +59,8 @@ def repeated(program):
 
 def nested(program):
     """Longer and longer parts of the first motion."""
-    print("\n| recording | part | figure | from | to | error on the second motion, of all joints or the worst change of one |")
-    print("|---|---|---|---|---|---|")
+    print("\n| recording | part | figure | from | to | error on held-out time: all joints, worst joint | on the second motion |")
+    print("|---|---|---|---|---|---|---|")
     for recording in statements.recordings():
         if len(recording.motions) > 1:
             continue
@@ -64,12 +72,9 @@ def nested(program):
                 earlier = before[0][name][1]
                 if name == "contact-detection" or not figure or not earlier or figure < LARGER * earlier:
                     continue
-                changes = [one / other for one, other in zip(now[1], before[1]) if one and other]
-                print(
-                    f"| {recording.name} | {part} | {name} | {earlier:.3f} | {figure:.3f} | "
-                    f"{100 * (changes[0] - 1):+.0f} %, {100 * (max(changes[1:]) - 1):+.0f} % |",
-                    flush=True,
-                )
+                held_out, second = (change(before[k], now[k]) for k in (1, 2))
+                row = (recording.name, part, name, f"{earlier:.3f}", f"{figure:.3f}", held_out, second)
+                print(f"| {' | '.join(map(str, row))} |", flush=True)
             before = now
 
 

@@ -104,7 +104,6 @@ fn accuses(code: FindingCode) -> bool {
             | Code::CrossValidation
             | Code::TooFewMotions
             | Code::ParameterUncertainty
-            | Code::Insignificant
             | Code::ColouredResiduals
             | Code::PositionFilterUnchecked
             | Code::PositionNoiseUnchecked

@@ -431,14 +431,6 @@ pub const CATALOGUE: &[CatalogueRow] = &[
         remedy: "Nothing, or describe the cabinet's controller",
     },
     CatalogueRow {
-        code: Code::Insignificant,
-        severity: Advisory,
-        messages: &["not significantly different from zero with this motion: …"],
-        uses: &[],
-        meaning: "these parameters may be zero",
-        remedy: "Leave them out, or move their joints more",
-    },
-    CatalogueRow {
         code: Code::ColouredResiduals,
         severity: Advisory,
         messages: &["the residuals of joint … are not white …"],

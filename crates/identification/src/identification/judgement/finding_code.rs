@@ -154,8 +154,6 @@ finding_codes! {
     NoReference = "no-reference",
     /// The substitute loop was slowed down, because a faster one diverges at this sample rate.
     SlowerLoop = "slower-loop",
-    /// These parameters may be zero.
-    Insignificant = "insignificant",
     /// The residuals are coloured; the standard deviations account for it.
     ColouredResiduals = "coloured-residuals",
     /// The position filter was not checked, because its cut-off is close to half the sample rate.

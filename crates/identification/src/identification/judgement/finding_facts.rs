@@ -252,7 +252,6 @@ impl Note {
         match self {
             Self::NoReference => Code::NoReference,
             Self::SlowerLoop { .. } => Code::SlowerLoop,
-            Self::Insignificant { .. } => Code::Insignificant,
             Self::ColouredResiduals { .. } => Code::ColouredResiduals,
             Self::PositionFilterUnchecked { .. } => Code::PositionFilterUnchecked,
             Self::PositionNoiseIgnored | Self::PositionNoiseNotSimulated => {
@@ -292,8 +291,7 @@ impl Note {
             | Self::PositionFilterUnchecked { cutoff_hz: figure } => {
                 Facts::new(None, *figure, "Hz")
             }
-            Self::Insignificant { names: parameters }
-            | Self::IncompleteTorque { parameters, .. } => {
+            Self::IncompleteTorque { parameters, .. } => {
                 Facts::about(Subject::Parameters(parameters.clone()))
             }
             Self::ColouredResiduals { joints, significance, .. } => {

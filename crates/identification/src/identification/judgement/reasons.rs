@@ -118,8 +118,6 @@ pub enum Note {
     /// The substitute loop had to be slower than configured. The bandwidth is the smallest of a
     /// joint.
     SlowerLoop { bandwidth_hz: f64 },
-    /// These parameters may be zero.
-    Insignificant { names: Vec<String> },
     /// The residuals of these joints are not white.
     ColouredResiduals {
         joints: Vec<JointIndex>,
@@ -614,12 +612,6 @@ impl Display for Note {
                 "no reference was recorded: the filtered measured position replaces it. The \
                     simulated loop follows it with a lag, so this result is nearly that of \
                     IDIM-LS at best",
-            ),
-            Self::Insignificant { names } => write!(
-                f,
-                "not significantly different from zero with this motion: {}; leave them out, or \
-                 move the joints concerned more",
-                few_listed(names)
             ),
             Self::ColouredResiduals { joints, decimated, .. } => write!(
                 f,

@@ -20,9 +20,6 @@ use didim_dynamics::robot::JointIndex;
 /// no model error.
 const TURNED: usize = 2;
 
-/// A parameter within this many standard deviations of zero could be zero.
-const INSIGNIFICANT: f64 = 2.0;
-
 /// Negligible share of a joint's torque, smaller than the residual of a rigid model.
 const DUST: f64 = 0.01;
 
@@ -435,13 +432,6 @@ impl VerdictLimits {
             && exceeds(bias.deviations.abs(), self.position_filter_deviations)
         {
             notes.push(Note::PositionBias { bias: bias.clone() });
-        }
-        let names: Vec<String> = (estimate.parameters.iter())
-            .filter(|p| exceeds(INSIGNIFICANT * p.standard_deviation, p.value.abs()))
-            .map(|p| p.name.clone())
-            .collect();
-        if !names.is_empty() {
-            notes.push(Note::Insignificant { names });
         }
         let tests = estimate.whiteness_per_joint.len();
         let joints: Vec<JointIndex> = numbered(&estimate.whiteness_per_joint)
