@@ -7,7 +7,7 @@ mod plot;
 
 pub use difference::{Difference, DifferenceError};
 pub use json::HistoryDocument;
-pub use long::{LongHistoryError, write_long_table};
+pub use long::{LongHistoryError, LongRows, write_long_table};
 pub use plot::plot;
 
 use didim_formats::RecordingStart;

@@ -76,7 +76,8 @@ fn json(history: &JudgedHistory) -> String {
 /// The table for databases.
 fn csv(history: &JudgedHistory) -> Vec<u8> {
     let mut bytes = Vec::new();
-    write_long_table(history, LongFormat::Csv, &["fc3"], &mut bytes).unwrap();
+    let rows = LongRows::Parameters;
+    write_long_table(history, (LongFormat::Csv, rows), &["fc3"], &mut bytes).unwrap();
     bytes
 }
 
@@ -113,6 +114,33 @@ fn a_long_history_is_written_as_if_it_were_in_memory() {
     }
     let in_memory = JudgedHistory::read(folder.path(), baseline, options, &[]).unwrap();
     assert_eq!(in_memory.result_count(), 3_000);
+}
+
+#[test]
+fn a_compact_table_has_a_row_for_each_result() {
+    let mut lines = lines();
+    lines[1].parameters[0].unit = "a, \"b\" \\c".to_owned();
+    lines[2].parameters[1].value = f64::NAN;
+    lines[3].parameters.clear();
+    let history = JudgedHistory::new(lines.clone(), None, DriftOptions::default());
+    let mut bytes = Vec::new();
+    let form = (LongFormat::Csv, LongRows::Results);
+    write_long_table(&history, form, &["fc3", "mx4"], &mut bytes).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("compact.csv");
+    std::fs::write(&path, &bytes).unwrap();
+    let names =
+        ["identity", "parameters", "units", "values", "combined_standard_deviations", "note"];
+    let mut rows = Vec::new();
+    didim_formats::read_long_table(&path, names, |row| rows.push(row)).unwrap();
+    let identities: Vec<&str> = rows.iter().map(|row| row[0].as_str()).collect();
+    let expected: Vec<String> = lines.iter().map(HistoryLine::identity).collect();
+    assert_eq!(identities, expected);
+    assert_eq!(rows[0][1..5], ["{fc3,mx4}", "{N·m,N·m}", "{6,-0.02}", "{NULL,NULL}"]);
+    assert_eq!(rows[1][2], r#"{"a, \"b\" \\c",N·m}"#);
+    assert_eq!(rows[2][3], "{6.3,NULL}");
+    assert_eq!(rows[3][1..4], ["{}", "{}", "{}"]);
+    assert_eq!(rows[5][5], "new");
 }
 
 #[test]

@@ -20,7 +20,9 @@ use didim::analysis::{
 use didim::archive::drift::{Baseline, DriftOptions, JudgedHistory};
 use didim::archive::events::{Event, read_events};
 use didim::archive::store::{HistoryLine, result_file};
-use didim::report::history::{Difference, HistoryDocument, plot, summary, table, write_long_table};
+use didim::report::history::{
+    Difference, HistoryDocument, LongRows, plot, summary, table, write_long_table,
+};
 use didim::report::html::HistoryReport;
 use didim_formats::{LongFormat, LongTableError};
 
@@ -51,6 +53,9 @@ pub(crate) struct Arguments {
     /// Write a row for each parameter of each result: *.csv, or *.parquet
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
+    /// With --out *.csv: write a row for each result, its parameters as arrays of PostgreSQL
+    #[arg(long, requires = "out")]
+    compact: bool,
     /// Write a report (one HTML file)
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
@@ -68,6 +73,11 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         of => of.map_err(|error| CliError::in_file(path, error)),
     };
     let format = arguments.out.as_ref().map(format_of).transpose()?;
+    if arguments.compact && format == Some(LongFormat::Parquet) {
+        let problem = "--compact is for *.csv: Parquet is compact already";
+        return Err(CliError::Usage(problem.to_owned()));
+    }
+    let rows = if arguments.compact { LongRows::Results } else { LongRows::Parameters };
     let compared = ComparedResults::parse(&arguments.compare, &folder);
     let mut history = match &compared {
         Some(ComparedResults { files, are_files: true, .. }) => {
@@ -97,7 +107,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     }
     if let (Some(path), Some(format)) = (&arguments.out, format) {
         write_whole(path, |out| {
-            write_long_table(&history, format, &chosen, out)
+            write_long_table(&history, (format, rows), &chosen, out)
                 .map_err(|error| CliError::in_file(path, error))
         })?;
     }

@@ -1,0 +1,60 @@
+-- The results of cabinets in PostgreSQL 15 or later: `psql -f tables.sql`, once, and again after an update of didim.
+
+-- A row of `didim history --out FILE.csv --compact`.
+CREATE TABLE IF NOT EXISTS didim_result (
+    identity text PRIMARY KEY,
+    cell text,
+    robot text,
+    result bigint,
+    time timestamptz,
+    method text,
+    configuration text,
+    regrouping text,
+    parameters text[] NOT NULL,
+    units text[] NOT NULL,
+    values double precision[] NOT NULL,
+    standard_deviations double precision[] NOT NULL,
+    combined_standard_deviations double precision[] NOT NULL,
+    relative_error double precision,
+    applicable boolean NOT NULL,
+    monitoring boolean,
+    prediction boolean,
+    contact_detection boolean,
+    physical_values boolean,
+    rigid_body boolean,
+    payload_kg double precision,
+    temperature_c double precision,
+    note text,
+    motor_temperature_c double precision
+);
+CREATE INDEX IF NOT EXISTS didim_result_time ON didim_result (cell, time);
+
+-- A row for each parameter of each result, as `didim history --out FILE.csv` has them.
+CREATE OR REPLACE VIEW didim_parameter AS
+SELECT identity, cell, robot, result, time, method, configuration, regrouping,
+    own.parameter, own.unit, own.value, own.standard_deviation, own.combined_standard_deviation,
+    relative_error, applicable, monitoring, prediction, contact_detection, physical_values, rigid_body,
+    payload_kg, temperature_c, note, motor_temperature_c
+FROM didim_result, unnest(parameters, units, values, standard_deviations, combined_standard_deviations)
+    AS own (parameter, unit, value, standard_deviation, combined_standard_deviation);
+
+-- The newest result of each cell that is usable for monitoring and has no payload.
+CREATE OR REPLACE VIEW didim_newest AS
+SELECT DISTINCT ON (cell) * FROM didim_result
+WHERE monitoring AND coalesce(payload_kg, 0) = 0 AND time IS NOT NULL
+ORDER BY cell, time DESC, result DESC;
+
+-- Each parameter by day: mean and scatter of the results that are usable for monitoring and have no payload, and the mean
+-- combined standard deviation. The results of a day share their model errors: the uncertainty of the mean is the larger of
+-- the two, and never the scatter divided by the square root of their number.
+CREATE OR REPLACE VIEW didim_day AS
+SELECT cell, method, configuration, regrouping, parameter, unit, date_trunc('day', time) AS day,
+    count(*) AS results,
+    avg(value) AS mean,
+    coalesce(stddev_samp(value), 0) AS scatter,
+    avg(combined_standard_deviation) AS combined_standard_deviation,
+    greatest(coalesce(stddev_samp(value), 0), avg(combined_standard_deviation)) AS uncertainty,
+    avg(motor_temperature_c) AS motor_temperature_c
+FROM didim_parameter
+WHERE monitoring AND coalesce(payload_kg, 0) = 0 AND time IS NOT NULL
+GROUP BY cell, method, configuration, regrouping, parameter, unit, day;
