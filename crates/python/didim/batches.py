@@ -92,40 +92,58 @@ class Batch(list[Output]):
     def results(self) -> Iterator[dict[str, Any]]:
         """Reads the results of the folder one after another, with those of earlier calls: the JSON object of ``didim
         identify``, with ``input``."""
-        for path in sorted(self.out.glob("[0-9a-f]*.json")):
-            yield json.loads(path.read_text(encoding="utf-8"))
+        for path in self._outputs():
+            yield _result(path)
 
     def to_parquet(self, folder: _Path) -> None:
         """Writes a Parquet data set of all results of the folder, with a row for each parameter, in folders by arm and day:
         ``arm=NAME/day=2026-11-30``. The arm is the name of the cell.
 
         Folders of the same arm and day are replaced, so that a data set belongs to one folder of results. Columns are those of
-        ``didim history --out`` that a recording has.
+        ``didim history --out`` that a recording has. The results of one day of an arm are in memory at a time.
 
         Raises:
             ImportError: pyarrow is not installed.
         """
         arrow, dataset = optional("pyarrow", "parquet"), optional("pyarrow.dataset", "parquet")
-        rows = [row for result in self.results() for row in _rows(result)]
-        rows.sort(key=lambda row: (row["arm"], row["day"], row["recorded"] or "", row["input"]))
         schema = arrow.schema(
             [(name, arrow.string()) for name in _TEXTS]
             + [(name, arrow.float64()) for name in _NUMBERS]
             + [(name, arrow.bool_()) for name in _USES]
         )
-        dataset.write_dataset(
-            arrow.Table.from_pylist(rows, schema=schema),
-            fspath(folder),
-            format="parquet",
-            partitioning=dataset.partitioning(arrow.schema([("arm", arrow.string()), ("day", arrow.string())]), flavor="hive"),
-            existing_data_behavior="delete_matching",
-            max_partitions=1 << 16,
-        )
+        partitioning = dataset.partitioning(arrow.schema([("arm", arrow.string()), ("day", arrow.string())]), flavor="hive")
+        for paths in self._days():
+            rows = [row for path in paths for row in _rows(_result(path))]
+            dataset.write_dataset(
+                arrow.Table.from_pylist(rows, schema=schema),
+                fspath(folder),
+                format="parquet",
+                partitioning=partitioning,
+                existing_data_behavior="delete_matching",
+            )
+
+    def _days(self) -> Iterator[list[Path]]:
+        """Returns the outputs of each arm and day, in the order of their recordings."""
+        days: dict[tuple[str, str], list[tuple[str, str, Path]]] = {}
+        for path in self._outputs():
+            source = _result(path)["input"]
+            recorded = source["recorded"] or ""
+            days.setdefault((source["cell"], recorded[:10]), []).append((recorded, source["sha256"], path))
+        for outputs in days.values():
+            yield [path for *_, path in sorted(outputs)]
+
+    def _outputs(self) -> list[Path]:
+        return sorted(self.out.glob("[0-9a-f]*.json"))
 
 
 _TEXTS = ["arm", "day", "input", "recorded", "robot", "method", "configuration", "parameter", "unit"]
 _NUMBERS = ["value", "standard_deviation", "combined_standard_deviation", "relative_error"]
 _USES = ["monitoring", "prediction", "contact_detection", "physical_values", "rigid_body"]
+
+
+def _result(path: Path) -> dict[str, Any]:
+    result: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    return result
 
 
 def _rows(result: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
