@@ -1,11 +1,14 @@
--- The results of cabinets in PostgreSQL 15 or later: `psql -f tables.sql`, once, and again after an update of didim.
+-- The results of cabinets in PostgreSQL 15 or later: `psql -f tables.sql`, once. A dashboard needs
+-- `GRANT SELECT ON didim_result, didim_parameter, didim_newest, didim_day TO …`.
 
--- A row of `didim history --out FILE.csv --compact`.
+-- A row of `didim history --out FILE.csv --compact`: a result, or a day of which the cabinet has only the mean left. `results`
+-- is then their number.
 CREATE TABLE IF NOT EXISTS didim_result (
     identity text PRIMARY KEY,
     cell text,
     robot text,
     result bigint,
+    results bigint,
     time timestamptz,
     method text,
     configuration text,
@@ -15,6 +18,7 @@ CREATE TABLE IF NOT EXISTS didim_result (
     values double precision[] NOT NULL,
     standard_deviations double precision[] NOT NULL,
     combined_standard_deviations double precision[] NOT NULL,
+    scatters double precision[] NOT NULL,
     relative_error double precision,
     applicable boolean NOT NULL,
     monitoring boolean,
@@ -31,30 +35,29 @@ CREATE INDEX IF NOT EXISTS didim_result_time ON didim_result (cell, time);
 
 -- A row for each parameter of each result, as `didim history --out FILE.csv` has them.
 CREATE OR REPLACE VIEW didim_parameter AS
-SELECT identity, cell, robot, result, time, method, configuration, regrouping,
-    own.parameter, own.unit, own.value, own.standard_deviation, own.combined_standard_deviation,
+SELECT identity, cell, robot, result, results, time, method, configuration, regrouping, one.*,
     relative_error, applicable, monitoring, prediction, contact_detection, physical_values, rigid_body,
     payload_kg, temperature_c, note, motor_temperature_c
-FROM didim_result, unnest(parameters, units, values, standard_deviations, combined_standard_deviations)
-    AS own (parameter, unit, value, standard_deviation, combined_standard_deviation);
+FROM didim_result, unnest(parameters, units, values, standard_deviations, combined_standard_deviations, scatters)
+    AS one (parameter, unit, value, standard_deviation, combined_standard_deviation, scatter);
 
 -- The newest result of each cell that is usable for monitoring and has no payload.
 CREATE OR REPLACE VIEW didim_newest AS
 SELECT DISTINCT ON (cell) * FROM didim_result
-WHERE monitoring AND coalesce(payload_kg, 0) = 0 AND time IS NOT NULL
+WHERE monitoring AND coalesce(payload_kg, 0) = 0 AND time IS NOT NULL AND results IS NULL
 ORDER BY cell, time DESC, result DESC;
 
--- Each parameter by day: mean and scatter of the results that are usable for monitoring and have no payload, and the mean
--- combined standard deviation. The results of a day share their model errors: the uncertainty of the mean is the larger of
--- the two, and never the scatter divided by the square root of their number.
+-- Each parameter by day (UTC): mean and scatter of the results that are usable for monitoring and have no payload, and the
+-- mean combined standard deviation. The results of a day share their model errors: the uncertainty of the mean is the larger
+-- of the two, and never the scatter divided by the square root of their number. A single result has no scatter.
 CREATE OR REPLACE VIEW didim_day AS
-SELECT cell, method, configuration, regrouping, parameter, unit, date_trunc('day', time) AS day,
-    count(*) AS results,
-    avg(value) AS mean,
-    coalesce(stddev_samp(value), 0) AS scatter,
+SELECT cell, robot, method, regrouping, parameter, unit, date_trunc('day', time, 'UTC') AS day,
+    sum(coalesce(results, 1)) AS results,
+    sum(value * coalesce(results, 1)) / sum(coalesce(results, 1)) AS mean,
+    coalesce(stddev_samp(value), max(scatter)) AS scatter,
     avg(combined_standard_deviation) AS combined_standard_deviation,
-    greatest(coalesce(stddev_samp(value), 0), avg(combined_standard_deviation)) AS uncertainty,
+    greatest(stddev_samp(value), max(scatter), avg(combined_standard_deviation)) AS uncertainty,
     avg(motor_temperature_c) AS motor_temperature_c
 FROM didim_parameter
 WHERE monitoring AND coalesce(payload_kg, 0) = 0 AND time IS NOT NULL
-GROUP BY cell, method, configuration, regrouping, parameter, unit, day;
+GROUP BY cell, robot, method, regrouping, parameter, unit, day;

@@ -93,7 +93,8 @@ pub fn read_recording(
     if matches!(source, SignalSource::Table | SignalSource::OwnTable(_)) {
         // A cell without a bus defines the row interval of its tables.
         let rate_hz = sample_rate_hz.or((!has_bus).then(|| cell.sample_rate_hz()));
-        let columns = TableColumns { configured: cell.columns.as_ref(), own: &cell.own_columns };
+        let columns =
+            TableColumns { configured: cell.columns.as_ref(), own: Some(&cell.own_columns) };
         return Ok(read_table(path, rate_hz, cell.sample_rate_hz(), columns)?);
     }
     if sample_rate_hz.is_some() {

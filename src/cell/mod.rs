@@ -119,6 +119,11 @@ pub struct Cell {
 }
 
 impl Cell {
+    /// Returns the cell without its corrections of tables with didim's own columns.
+    pub fn without_table_corrections(self) -> Self {
+        Self { own_columns: OwnColumns::default(), ..self }
+    }
+
     /// Returns the bus.
     ///
     /// # Errors

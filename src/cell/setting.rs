@@ -10,7 +10,7 @@ use didim_identification::identification::{Change, Setting, SettingValue, Signal
 
 use super::data::{DataColumns, DataSection};
 use super::file::GearRatios;
-use super::table::TableCorrections;
+use super::table::TableSection;
 use super::unit::{OneOrEach, Unit};
 use super::{Cell, CellBus, CellFile, SignalSource, open};
 use crate::text::to_uncertainty;
@@ -124,7 +124,8 @@ impl Cell {
                 return is_open.then(|| self.setting_of(key, value, explanation));
             }
             Change::Delay { axis, signal, delay_s, standard_deviation_s } => {
-                return self.delay_setting(&file, (axis, signal), [delay_s, standard_deviation_s]);
+                let delay_s = [delay_s, standard_deviation_s];
+                return self.delay_setting((&file, source), (axis, signal), delay_s);
             }
             Change::TorqueScale { .. }
             | Change::PositionScale { .. }
@@ -142,9 +143,9 @@ impl Cell {
                 self.table_setting(("data", columns.side), own, &columns.position.scales, change)
             }
             (SignalSource::OwnTable(side), ..) => {
-                let own = [&file.table.position, &file.table.torque].map(ColumnKeys::of_own);
+                let keys = ColumnKeys::of_own(&file.table);
                 let scales = &self.own_columns.position.scales;
-                self.table_setting(("table", side), own, scales, change)
+                self.table_setting(("table", side), keys, scales, change)
             }
             (SignalSource::Bag, None, Some(data)) => self.bag_setting(data, change),
             _ => None,
@@ -283,7 +284,7 @@ impl Cell {
     /// Returns the key of the delays of a signal.
     fn delay_setting(
         &self,
-        file: &CellFile,
+        (file, source): (&CellFile, SignalSource),
         (of, signal): (Option<SignalAxis>, Signal),
         [delay_s, standard_deviation_s]: [f64; 2],
     ) -> Option<Setting> {
@@ -300,6 +301,10 @@ impl Cell {
             Signal::Torque => ("torque_delay_us", torque),
             Signal::Position => ("position_delay_us", position),
             Signal::Both => return None,
+        };
+        let side = match source {
+            SignalSource::OwnTable(own) => own,
+            _ => side,
         };
         let key = AxisKey { section, name, configured: configured.as_ref(), usual: 0.0 };
         let in_us = |time_s: f64| 1e6 * time_s;
@@ -575,10 +580,17 @@ impl<'a> ColumnKeys<'a> {
         Self { scale, sign: sign.as_ref(), zero: zero.as_ref() }
     }
 
-    /// The keys of didim's own columns, which are in SI units.
-    fn of_own(corrections: &'a TableCorrections) -> Self {
-        let TableCorrections { factor, sign, zero } = corrections;
-        Self { scale: (None, None, factor.as_ref()), sign: sign.as_ref(), zero: zero.as_ref() }
+    /// Returns the keys of didim's own columns of positions and torques, which are in SI units.
+    fn of_own(TableSection { position, torque }: &'a TableSection) -> [Self; 2] {
+        let scale = |factor: &'a Option<OneOrEach<f64>>| (None, None, factor.as_ref());
+        [
+            Self {
+                scale: scale(&position.factor),
+                sign: position.sign.as_ref(),
+                zero: position.zero.as_ref(),
+            },
+            Self { scale: scale(&torque.factor), sign: torque.sign.as_ref(), zero: None },
+        ]
     }
 }
 

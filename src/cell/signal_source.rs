@@ -13,7 +13,7 @@ pub enum SignalSource {
     Table,
     /// Tables with didim's own columns, on a side of the transmission.
     OwnTable(Side),
-    /// Arrays in memory, in SI units. No key of a cell belongs to them.
+    /// Arrays in memory, in SI units. A cell has no scales, zeros or signs for them.
     Arrays,
     /// Bags with the joint states of `[data.bag]`.
     Bag,

@@ -17,18 +17,18 @@ pub struct TableSection {
     ///
     /// If left out: they are right.
     #[serde(default)]
-    pub position: TableCorrections,
+    pub position: PositionCorrections,
     /// Torques or forces: the corrected one is `sign × factor × value`.
     ///
     /// If left out: they are right.
     #[serde(default)]
-    pub torque: TableCorrections,
+    pub torque: TorqueCorrections,
 }
 
-/// Corrections of one quantity.
+/// Corrections of torques.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, expecting = "corrections such as { factor = 1.02 }")]
-pub struct TableCorrections {
+pub struct TorqueCorrections {
     /// Correction of the scale; one for all axes or one for each. Above 0.
     ///
     /// If left out: 1.
@@ -39,7 +39,23 @@ pub struct TableCorrections {
     /// If left out: 1.
     #[serde(default)]
     pub sign: Option<OneOrEach<f64>>,
-    /// The value at which the position of the robot file is 0 \[rad or m\]. Not for torques.
+}
+
+/// Corrections of positions.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, expecting = "corrections such as { factor = 1.02 }")]
+pub struct PositionCorrections {
+    /// Correction of the scale; one for all axes or one for each. Above 0.
+    ///
+    /// If left out: 1.
+    #[serde(default)]
+    pub factor: Option<OneOrEach<f64>>,
+    /// 1, or −1 if the values have the wrong sign.
+    ///
+    /// If left out: 1.
+    #[serde(default)]
+    pub sign: Option<OneOrEach<f64>>,
+    /// The value at which the position of the robot file is 0 \[rad or m\].
     ///
     /// If left out: 0.
     #[serde(default)]
@@ -49,28 +65,27 @@ pub struct TableCorrections {
 impl TableSection {
     /// Returns the corrections of each axis, or the key of an invalid value and the problem.
     pub(super) fn read(&self, robot: &Robot) -> Result<OwnColumns, (&'static str, String)> {
-        if self.torque.zero.is_some() {
-            let problem = "has `zero`, which belongs to positions; identify the offset of a \
-                torque as `offset` of the friction";
-            return Err(("table.torque", problem.to_owned()));
-        }
-        let of = |key, corrections: &TableCorrections| {
-            corrections.of_each(robot.joints()).map_err(|problem| (key, problem))
+        let Self { position, torque } = self;
+        let in_position = |problem| ("table.position", problem);
+        let zeros = match &position.zero {
+            Some(zero) => numbers(zero, "zero", robot.joints()).map_err(in_position)?,
+            None => Vec::new(),
         };
+        let of_position = scales([&position.factor, &position.sign], robot.joints());
+        let of_torque = scales([&torque.factor, &torque.sign], robot.joints());
         Ok(OwnColumns {
-            position: of("table.position", &self.position)?,
-            torque: of("table.torque", &self.torque)?,
+            position: AxisCorrections { scales: of_position.map_err(in_position)?, zeros },
+            torque: AxisCorrections {
+                scales: of_torque.map_err(|problem| ("table.torque", problem))?,
+                zeros: Vec::new(),
+            },
         })
     }
 }
 
-impl TableCorrections {
-    fn of_each(&self, axes: usize) -> Result<AxisCorrections, String> {
-        let factors = axis_factors(self.factor.as_ref(), axes)?.into_iter();
-        let signs = axis_signs(self.sign.as_ref(), axes)?;
-        let zeros =
-            self.zero.as_ref().map_or(Ok(Vec::new()), |zero| numbers(zero, "zero", axes))?;
-        let scales = factors.zip(signs).map(|(factor, sign)| factor * sign).collect();
-        Ok(AxisCorrections { scales, zeros })
-    }
+/// Returns the signed factor of each axis.
+fn scales([factor, sign]: [&Option<OneOrEach<f64>>; 2], axes: usize) -> Result<Vec<f64>, String> {
+    let factors = axis_factors(factor.as_ref(), axes)?.into_iter();
+    let signs = axis_signs(sign.as_ref(), axes)?;
+    Ok(factors.zip(signs).map(|(factor, sign)| factor * sign).collect())
 }

@@ -99,7 +99,7 @@ pub(super) fn axis_signs(
 ) -> Result<Vec<f64>, String> {
     let signs = configured.map_or(Ok(vec![1.0; axes]), |signs| numbers(signs, "sign", axes))?;
     match signs.iter().find(|sign| !matches!(**sign, 1.0 | -1.0)) {
-        Some(sign) => Err(format!("has a sign of {sign}; use 1 or -1, and the unit for all else")),
+        Some(sign) => Err(format!("has a sign of {sign}; use 1 or -1, and `factor` for the size")),
         None => Ok(signs),
     }
 }

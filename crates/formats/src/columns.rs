@@ -89,10 +89,6 @@ pub struct AxisCorrections {
     pub zeros: Vec<f64>,
 }
 
-impl AxisCorrections {
-    const NONE: Self = Self { scales: Vec::new(), zeros: Vec::new() };
-}
-
 /// Corrections of didim's own columns. Those of positions are those of references as well.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct OwnColumns {
@@ -102,22 +98,18 @@ pub struct OwnColumns {
     pub torque: AxisCorrections,
 }
 
-/// No corrections.
-static AS_WRITTEN: OwnColumns =
-    OwnColumns { position: AxisCorrections::NONE, torque: AxisCorrections::NONE };
-
 /// Columns that a table may have.
 #[derive(Clone, Copy, Debug)]
 pub struct TableColumns<'a> {
     /// Those of another program.
     pub configured: Option<&'a Columns>,
     /// Corrections of didim's own.
-    pub own: &'a OwnColumns,
+    pub own: Option<&'a OwnColumns>,
 }
 
 impl<'a> From<Option<&'a Columns>> for TableColumns<'a> {
     fn from(configured: Option<&'a Columns>) -> Self {
-        Self { configured, own: &AS_WRITTEN }
+        Self { configured, own: None }
     }
 }
 

@@ -21,7 +21,7 @@ pub(crate) struct Recording {
     pub(crate) record: Arc<Record>,
     /// The file, if there is one.
     pub(crate) file: Option<InputFile>,
-    /// Format of the file; that of arrays is the format of tables.
+    /// Format of the file.
     pub(crate) source: SignalSource,
 }
 

@@ -296,6 +296,7 @@ def answer(program, recording, statement):
             "findings": [[of["code"], of.get("subject"), of.get("figure")] for of in result["verdict"]["findings"]],
             "uses": {name: (of["applicable"], of["figure"]) for name, of in result["verdict"]["uses"].items()},
             "prediction": result["verdict"]["uses"]["prediction"]["applicable"],
+            "combined": {of["name"]: of["combined_standard_deviation"] for of in result["parameters"]},
             "held_out": [result["held_out"].get(key) for key in ("relative_error", "relative_error_per_joint")],
             "second": predicted.get("relative_error"),
             "second_per_joint": predicted.get("relative_error_per_joint", []),

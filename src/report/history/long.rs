@@ -34,8 +34,8 @@ pub enum LongRows {
     Results,
 }
 
-/// Writes a table for these parameters, oldest result first. Keeps some results in memory at a
-/// time.
+/// Writes a table for these parameters, oldest result first. A row that stands for the results of a
+/// day has their number. Keeps some results in memory at a time.
 ///
 /// # Errors
 /// [`LongHistoryError`].
@@ -70,26 +70,19 @@ fn write_batch(
     rows: LongRows,
     parameters: &[&str],
 ) -> Result<(), LongTableError> {
-    let is_chosen = |of: &&ParameterValue| parameters.contains(&of.name.as_str());
     match rows {
         LongRows::Parameters => {
-            let chosen: Vec<(ResultRow<'_>, &ParameterValue)> = results
-                .iter()
-                .flat_map(|(identity, line)| {
-                    let parameters = line.parameters.iter().filter(is_chosen);
-                    parameters.map(move |parameter| (ResultRow { identity, line }, parameter))
-                })
-                .collect();
-            let (rows, parameters): (Vec<ResultRow<'_>>, Vec<&ParameterValue>) =
-                chosen.into_iter().unzip();
-            table.write(&columns(&rows, parameter_columns(&parameters)))
+            let chosen = results.iter().flat_map(|(identity, line)| {
+                let values = parameter_values(line, parameters);
+                values.map(move |value| (ResultRow { identity, line }, value))
+            });
+            let (rows, values): (Vec<ResultRow<'_>>, Vec<RowValue<'_>>) = chosen.unzip();
+            table.write(&columns(&rows, parameter_columns(&values)))
         }
         LongRows::Results => {
-            let lists: Vec<[String; 5]> = results
+            let lists: Vec<[String; LISTS]> = results
                 .iter()
-                .map(|(_, line)| {
-                    lists(&line.parameters.iter().filter(is_chosen).collect::<Vec<_>>())
-                })
+                .map(|(_, line)| lists(&parameter_values(line, parameters).collect::<Vec<_>>()))
                 .collect();
             let rows: Vec<ResultRow<'_>> =
                 results.iter().map(|(identity, line)| ResultRow { identity, line }).collect();
@@ -110,6 +103,8 @@ fn columns<'a>(
     };
     let number =
         |of: fn(&ResultRow<'a>) -> Option<f64>| LongValues::Number(rows.iter().map(of).collect());
+    let count =
+        |of: fn(&ResultRow<'a>) -> Option<u64>| LongValues::Count(rows.iter().map(of).collect());
     let flag = |of: &dyn Fn(&ResultRow<'a>) -> Option<bool>| {
         LongValues::Flag(rows.iter().map(of).collect())
     };
@@ -119,7 +114,8 @@ fn columns<'a>(
         ("identity", text(|row| row.identity)),
         ("cell", text(|row| &row.line.cell)),
         ("robot", text(|row| &row.line.robot)),
-        ("result", LongValues::Count(rows.iter().map(|row| Some(row.line.result)).collect())),
+        ("result", count(|row| Some(row.line.result))),
+        ("results", count(|row| Some(row.line.day.as_ref()?.results))),
         ("time", LongValues::Time(rows.iter().map(time).collect())),
         ("method", text(|row| &row.line.method)),
         ("configuration", text(|row| &row.line.configuration)),
@@ -146,28 +142,52 @@ fn columns<'a>(
     before.chain(of_parameters).chain(of_verdict.map(column)).collect()
 }
 
+/// A parameter of a result, with the standard deviation between the results of a day.
+type RowValue<'a> = (&'a ParameterValue, Option<f64>);
+
+/// Returns the values of a row that are among `parameters`.
+fn parameter_values<'a>(
+    line: &'a HistoryLine,
+    parameters: &[&str],
+) -> impl Iterator<Item = RowValue<'a>> {
+    let scatter = |index: usize| line.day.as_ref()?.scatter.get(index).copied().flatten();
+    let values = line.parameters.iter().enumerate();
+    let values = values.filter(|(_, value)| parameters.contains(&value.name.as_str()));
+    values.map(move |(index, value)| (value, scatter(index)))
+}
+
 /// Returns the columns of rows for parameters. Values are in the unit of their row.
-fn parameter_columns<'a>(parameters: &[&'a ParameterValue]) -> [LongColumn<'a>; 5] {
+fn parameter_columns<'a>(values: &[RowValue<'a>]) -> [LongColumn<'a>; LISTS] {
     let text = |of: fn(&'a ParameterValue) -> &'a str| {
-        LongValues::Text(parameters.iter().map(|own| Some(of(own))).collect())
+        let texts = values.iter().map(|(value, _)| Some(of(value)).filter(|text| !text.is_empty()));
+        LongValues::Text(texts.collect())
     };
-    let number = |of: fn(&ParameterValue) -> Option<f64>| {
-        LongValues::Number(parameters.iter().map(|own| of(own)).collect())
-    };
+    let number =
+        |of: fn(&RowValue<'a>) -> Option<f64>| LongValues::Number(values.iter().map(of).collect());
     [
-        ("parameter", text(|own| &own.name)),
-        ("unit", text(|own| &own.unit)),
-        ("value", number(|own| Some(own.value))),
-        ("standard_deviation", number(|own| Some(own.standard_deviation))),
-        ("combined_standard_deviation", number(|own| own.combined_standard_deviation)),
+        ("parameter", text(|value| &value.name)),
+        ("unit", text(|value| &value.unit)),
+        ("value", number(|(value, _)| Some(value.value))),
+        ("standard_deviation", number(|(value, _)| Some(value.standard_deviation))),
+        ("combined_standard_deviation", number(|(value, _)| value.combined_standard_deviation)),
+        ("scatter", number(|(_, scatter)| *scatter)),
     ]
     .map(|(name, values)| LongColumn { name, values })
 }
 
+/// Number of columns about parameters.
+const LISTS: usize = 6;
+
 /// Returns the columns of rows for results.
-fn list_columns(lists: &[[String; 5]]) -> [LongColumn<'_>; 5] {
-    const NAMES: [&str; 5] =
-        ["parameters", "units", "values", "standard_deviations", "combined_standard_deviations"];
+fn list_columns(lists: &[[String; LISTS]]) -> [LongColumn<'_>; LISTS] {
+    const NAMES: [&str; LISTS] = [
+        "parameters",
+        "units",
+        "values",
+        "standard_deviations",
+        "combined_standard_deviations",
+        "scatters",
+    ];
     core::array::from_fn(|list| LongColumn {
         name: NAMES[list],
         values: LongValues::Text(lists.iter().map(|own| Some(own[list].as_str())).collect()),
@@ -175,21 +195,22 @@ fn list_columns(lists: &[[String; 5]]) -> [LongColumn<'_>; 5] {
 }
 
 /// Returns the lists of the parameters of one result, in the order of the columns.
-fn lists(parameters: &[&ParameterValue]) -> [String; 5] {
+fn lists(values: &[RowValue<'_>]) -> [String; LISTS] {
     let texts =
-        |of: fn(&ParameterValue) -> &str| array(parameters.iter().map(|own| quoted(of(own))));
-    let numbers = |of: fn(&ParameterValue) -> Option<f64>| {
-        array(parameters.iter().map(|own| match of(own).filter(|value| value.is_finite()) {
-            Some(value) => value.to_string(),
+        |of: fn(&ParameterValue) -> &str| array(values.iter().map(|(value, _)| quoted(of(value))));
+    let numbers = |of: fn(&RowValue<'_>) -> Option<f64>| {
+        array(values.iter().map(|value| match of(value).filter(|number| number.is_finite()) {
+            Some(number) => number.to_string(),
             None => "NULL".to_owned(),
         }))
     };
     [
-        texts(|own| &own.name),
-        texts(|own| &own.unit),
-        numbers(|own| Some(own.value)),
-        numbers(|own| Some(own.standard_deviation)),
-        numbers(|own| own.combined_standard_deviation),
+        texts(|value| &value.name),
+        texts(|value| &value.unit),
+        numbers(|(value, _)| Some(value.value)),
+        numbers(|(value, _)| Some(value.standard_deviation)),
+        numbers(|(value, _)| value.combined_standard_deviation),
+        numbers(|(_, scatter)| *scatter),
     ]
 }
 

@@ -65,6 +65,8 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         }
         return print_written(arguments, "replay");
     }
+    // A corrected table would be corrected again when it is read.
+    let cell = cell.without_table_corrections();
     let record = read_input(&opened, &cell, arguments.sample_rate, &[])?;
     let notes = record.notes();
     let Some(measurement) = record.into_whole() else {

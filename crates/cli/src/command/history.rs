@@ -54,7 +54,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     /// With --out *.csv: write a row for each result, its parameters as arrays of PostgreSQL
-    #[arg(long, requires = "out")]
+    #[arg(long, requires = "out", conflicts_with = "parameter")]
     compact: bool,
     /// Write a report (one HTML file)
     #[arg(long, value_name = "FILE")]

@@ -69,12 +69,13 @@ impl Header {
     /// Returns didim's own columns as configured ones, with corrections.
     pub(super) fn corrected(&self, corrections: &OwnColumns) -> Columns {
         let Self { side, axes, .. } = *self;
-        let of = |quantity, AxisCorrections { scales, zeros }: &AxisCorrections| AxisColumns {
-            names: (0..axes).map(|axis| column_name(side, quantity, axis)).collect(),
-            scales: scales.clone(),
-            zeros: zeros.clone(),
-            wraps: Vec::new(),
-        };
+        let axis_columns =
+            |quantity, AxisCorrections { scales, zeros }: &AxisCorrections| AxisColumns {
+                names: (0..axes).map(|axis| column_name(side, quantity, axis)).collect(),
+                scales: scales.clone(),
+                zeros: zeros.clone(),
+                wraps: Vec::new(),
+            };
         let OwnColumns { position, torque } = corrections;
         Columns {
             side,
@@ -82,9 +83,9 @@ impl Header {
             time: self
                 .has_time
                 .then(|| TimeColumns::Numbers { column: TIME_COLUMN.to_owned(), second: 1.0 }),
-            position: of(Quantity::Position, position),
-            torque: of(Quantity::Torque, torque),
-            reference: self.has_reference.then(|| of(Quantity::Reference, position)),
+            position: axis_columns(Quantity::Position, position),
+            torque: axis_columns(Quantity::Torque, torque),
+            reference: self.has_reference.then(|| axis_columns(Quantity::Reference, position)),
         }
     }
 }

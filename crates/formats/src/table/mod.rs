@@ -85,8 +85,9 @@ pub fn read_table<'a>(
 ) -> Result<Record, TableError> {
     let TableColumns { configured, own } = columns.into();
     let source = open(path, configured)?;
-    let own = own_header(source.as_ref(), path, configured).map(|header| header.corrected(own));
-    let columns = own.as_ref().or(configured);
+    let header = own_header(source.as_ref(), path, configured);
+    let corrected = header.as_ref().zip(own).map(|(header, own)| header.corrected(own));
+    let columns = if header.is_some() { corrected.as_ref() } else { configured };
     let mut table = read(source, path, sample_rate_hz.is_none(), columns)?;
     let missing = table.incomplete_rows.take();
     if let (None, Some(missing_rows), Some(rate_hz)) = (&table.time, &missing, sample_rate_hz) {
@@ -389,7 +390,7 @@ fn leave_out(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::columns::{AxisColumns, TimeColumns};
+    use crate::columns::{AxisColumns, AxisCorrections, OwnColumns, TimeColumns};
     use crate::start::RecordingStart;
     use crate::uniform::Resampled;
     use didim_dynamics::Signals;
@@ -526,6 +527,36 @@ mod tests {
         assert!(is_parquet(&path) && !is_parquet(folder.path()));
         let said = read_table(&path, None, 100.0, None).unwrap_err().to_string();
         assert!(said.contains("cargo build --release --features parquet"), "{said}");
+    }
+
+    #[test]
+    fn corrections_of_own_columns_are_for_positions_references_and_torques() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("own.csv");
+        let names = ["position_rad", "torque_nm", "reference_rad"];
+        let names = names.map(|of| format!("joint_{of}_1,joint_{of}_2")).join(",");
+        std::fs::write(&path, format!("{names}\n{}", "1,2,3,4,5,6\n".repeat(200))).unwrap();
+        let own = OwnColumns {
+            position: AxisCorrections { scales: vec![2.0, -1.0], zeros: vec![0.5, 0.0] },
+            torque: AxisCorrections { scales: vec![1.0, 3.0], zeros: Vec::new() },
+        };
+        let first = |columns: TableColumns<'_>| {
+            let read = read_table(&path, Some(100.0), 100.0, columns).unwrap();
+            let signals = read.into_whole().unwrap().signals;
+            let reference_rad = signals.reference_rad.unwrap();
+            let all = [signals.position_rad, signals.torque_nm, reference_rad].concat();
+            all.iter().map(|values| values[100]).collect::<Vec<f64>>()
+        };
+        let corrected = first(TableColumns { configured: None, own: Some(&own) });
+        assert_eq!(corrected, [1.0, -2.0, 3.0, 12.0, 9.0, -6.0]);
+        // Columns of another program that the table does not have change nothing.
+        let configured =
+            Columns { axes: 2, ..Columns::of_time(TimeColumns::Dates { column: "t".into() }) };
+        for configured in [None, Some(&configured)] {
+            assert_eq!(first(TableColumns::from(configured)), [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
+            let both = TableColumns { configured, own: Some(&own) };
+            assert_eq!(first(both), corrected);
+        }
     }
 
     /// 200 rows of 100 Hz, as (time, position, torque) by the number of the row.

@@ -27,22 +27,26 @@ pub(super) fn page() -> Page {
                  `explanatory` or `advisory`), `uses` (those that it blocks or explains), \
                  `subject` (`joints`, `motors`, `links` or `parameters`), `figure`, `limit`, \
                  `unit` (`1` for shares, ratios and counts), `significance`, `set` and `message`. \
-                 Codes keep their names; messages may change. In the tables `…`, N, M and P \
-                 replace values.",
+                 Codes keep their names; messages may change. A code that only an earlier version \
+                 had is read as `other`. In the tables `…`, N, M and P replace values.",
             ),
             text(
-                "`significance` is there if the finding is the outcome of a statistical test: \
-                 `probability`, that one test has such an outcome although nothing is wrong, and \
-                 `tests`, their number in this verdict. Their product is the probability of a \
-                 false finding of this kind. For another reading of the data, `probability` is the \
-                 odds against it by Schwarz's criterion. The other findings compare a figure with \
-                 its limit, or are counts.",
+                "`significance` is there for another reading of the data, a contradicted value, a \
+                 controller, an unmodelled effect, coloured residuals, a negative parameter and \
+                 parameters that differ from those of the positions. It has `probability`, that \
+                 one test has such an outcome although nothing is wrong, and `tests`, their number \
+                 in this verdict. Their product is at least the probability of a false finding of \
+                 this kind. For another reading of the data, `probability` is the odds against it \
+                 by Schwarz's criterion. The other findings compare a figure with its limit, or \
+                 are counts.",
             ),
             text(
                 "`set` is the key to change in the cell or robot file, if the data ask for another \
-                 value: `file`, `line` (of the section, if the key is missing), `key` and `value`. \
+                 value: `file`, `line` (of the section if the key is missing, 1 if that is missing \
+                 too), `key` and `value`. \
                  Entries of lists count from 1, as in `bus.drives[2].position.zero`. It exists for \
-                 scales, zeros, signs and delays of drives on a bus and of columns in `[data]` \
+                 scales, zeros, signs and delays of drives on a bus, of columns in `[data]` and of \
+                 didim's own columns (`[table]`) \
                  (of bags for the efforts and delays), for `excludes` and \
                  `identification.friction`, and for gravity, drive inertia, couplings and \
                  geometry of a robot file or of `[urdf]`. Zeros and gains need a motor that turns \

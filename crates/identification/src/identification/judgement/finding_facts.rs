@@ -178,7 +178,6 @@ impl Reason {
             | Self::OppositeCommand { joint, error, significance } => {
                 Facts::of_joint(*joint, *error, "1").by_test(*significance)
             }
-
             Self::ConditionNumber { value, limit } => {
                 Facts::new(None, *value, "1").with_limit(*limit)
             }
@@ -197,7 +196,7 @@ impl Reason {
             Self::Negative { name, value, standard_deviation, tests, .. } => {
                 let subject = Subject::Parameters(vec![name.clone()]);
                 let deviations = value / standard_deviation;
-                let significance = Significance::of_deviation(deviations, *tests);
+                let significance = Significance::of_deficit(deviations, *tests);
                 Facts::new(Some(subject), deviations, "σ").by_test(significance)
             }
             Self::Indefinite { deviations, .. } => Facts::new(None, *deviations, "σ"),
@@ -207,8 +206,9 @@ impl Reason {
                 Facts::new(Some(subject), found.cost, "1").with_limit(found.threshold)
             }
             Self::WrongSigns { negative, of } => Facts::new(None, share(*negative, *of), "1"),
-            // All of them are negative.
-            Self::WrongSignsOfJoint { joint, .. } => Facts::of_joint(*joint, 1.0, "1"),
+            Self::WrongSignsOfJoint { joint, negative, .. } => {
+                Facts::of_joint(*joint, share(*negative, 1), "1")
+            }
             Self::Alternative { found, evidence, .. } => of_alternative(found, *evidence),
             Self::UnsignedTorque { motors } => Facts::about(Subject::Motors(motors.clone())),
             Self::ClippedTorque { found } => clipped(found),
@@ -309,8 +309,8 @@ impl Note {
             Self::Outliers { rows, of, .. } => Facts::new(None, share(*rows, *of), "1"),
             Self::DownweightedThroughout { joints, of } => {
                 let subject = Subject::Joints(joints.iter().map(|(joint, _)| *joint).collect());
-                let rows = joints.iter().map(|(_, rows)| *rows).sum();
-                Facts::new(Some(subject), share(rows, *of), "1")
+                let most = joints.iter().map(|(_, rows)| *rows).max().unwrap_or(0);
+                Facts::new(Some(subject), share(most, *of), "1")
             }
             Self::ModelError { nuisance, tests, .. } => {
                 let joint = || Subject::Joints(vec![nuisance.joint]);

@@ -126,7 +126,7 @@ impl VerdictLimits {
             |of: &&NuisanceEstimate| of.quantity.is_some() && !of.nuisance.is_ambiguous();
         let tests = estimate.nuisance_parameters.iter().filter(is_tested).count();
         let mut found = known.explanations.clone();
-        found.extend(coupling_behind_gains(known.context, &others, &found));
+        found.extend(coupling_behind_gains(known.context, (&others, tests), &found));
         let others = others.into_iter().filter(|of| !follows_from(of, &found));
         let contradicted_values: Vec<Reason> = contradicted(others, tests).collect();
         let is_new =
@@ -495,11 +495,11 @@ fn contradicted<'a>(
 /// Returns another coupling that explains the contradicted torque gain of a coupled joint.
 fn coupling_behind_gains(
     context: &Context<'_>,
-    nuisance: &[&NuisanceEstimate],
+    (nuisance, tests): (&[&NuisanceEstimate], usize),
     explanations: &[Reason],
 ) -> Option<Reason> {
     let unexplained = nuisance.iter().copied().filter(|of| !follows_from(of, explanations));
-    let mut gains = contradicted(unexplained, nuisance.len()).filter_map(|reason| match reason {
+    let mut gains = contradicted(unexplained, tests).filter_map(|reason| match reason {
         Reason::Contradicted { nuisance, .. } => match nuisance.nuisance {
             NuisanceParameter::TorqueGain(joint) => Some(joint),
             _ => None,
