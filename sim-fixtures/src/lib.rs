@@ -34,7 +34,7 @@ pub use no_socket_can::SocketCanSink;
 pub use payload::{FramedPayload, Payload};
 pub use play::{Pace, PlayError, PlaybackResult, play};
 pub use playback::{Playback, PlaybackConfig};
-pub use scenario::{Scenario, ScenarioError};
+pub use scenario::{MAX_MOTION_S, Scenario, ScenarioError};
 pub use shipped::{SHIPPED_SCENARIOS, shipped, tx40_paper, tx40_paper_errors, tx40_physical};
 pub use sink::{CandumpSink, InProcessSink, Sink, SinkError};
 #[cfg(target_os = "linux")]

@@ -66,7 +66,7 @@ struct RawMotion {
 
 /// Longest simulated motion with its rests \[s\]. Convention: ten times the longest window of the
 /// shipped cells. A longer one is a mistake in a limit or a rest; repetitions do not count.
-const MAX_MOTION_S: f64 = 600.0;
+pub const MAX_MOTION_S: f64 = 600.0;
 
 /// Reason why a scenario was refused.
 #[derive(Debug, thiserror::Error)]

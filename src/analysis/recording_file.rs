@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use didim_drivers::ethercat::Capture;
 use didim_drivers::source::{BlfSource, InterfaceName, TextLog};
 use didim_formats::{
-    BagError, Record, TableColumns, TableError, foreign_container, is_parquet, is_sqlite, own_side,
-    read_bag, read_table,
+    BagError, Record, TableColumns, TableError, foreign_container, is_gzip, is_parquet, is_sqlite,
+    own_side, read_bag, read_table,
 };
 
 use super::bus_log::{LogError, read_log};
@@ -99,6 +99,13 @@ pub fn read_recording(
     }
     if sample_rate_hz.is_some() {
         return Err(RecordingError::RateOfLog);
+    }
+    if is_gzip(path) {
+        let container = "this log is compressed by gzip; decompress it: `gunzip -k FILE`";
+        return Err(RecordingError::Container {
+            file: path.to_path_buf(),
+            container: container.to_owned(),
+        });
     }
     Ok(read_log(path, cell, interfaces)?)
 }

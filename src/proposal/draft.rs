@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
 use super::evidence::ProposalError;
-use super::value::{Guess, ValueOrigin, parse_value, quote_text, text_list};
+use super::value::{Guess, ValueOrigin, list_text, parse_value, quote_text, text_list};
 use crate::cell::{CURRENT_UNITS, MISSING_VALUE};
 
 /// Values by key, as TOML. A bare word is read as text.
@@ -36,7 +36,34 @@ impl Entry {
 pub struct Proposal {
     /// Entries in the order of the file.
     pub entries: Vec<Entry>,
+    /// Number of joints of the arm.
+    joints: usize,
 }
+
+/// A unit that every quantity may have.
+const ANY_UNIT: &str = "{ name = \"any\", si = 1.0 }";
+
+/// Valid values of open keys, by which the other values are checked. The rate is the highest one,
+/// which allows every cut-off.
+const VALID_VALUES: [(&str, &str); 17] = [
+    ("data.bag.effort.per_ampere", "1.0"),
+    ("data.bag.effort.sign", "1.0"),
+    ("data.bag.effort.unit", ANY_UNIT),
+    ("data.bag.topic", "\"?\""),
+    ("data.position.column", "\"?{axis}\""),
+    ("data.position.unit", ANY_UNIT),
+    ("data.rate_hz", "20000.0"),
+    ("data.reference.unit", ANY_UNIT),
+    ("data.side", "\"joint\""),
+    ("data.time.column", "\"?\""),
+    ("data.time.unit", "\"s\""),
+    ("data.torque.column", "\"?{axis}\""),
+    ("data.torque.per_ampere", "1.0"),
+    ("data.torque.sign", "1.0"),
+    ("data.torque.unit", ANY_UNIT),
+    ("identification.decimation_filter.factor", "10"),
+    ("urdf.drive_inertia", "false"),
+];
 
 /// Sections in the order of the file; those of the drives are sorted by axis.
 const SECTION_ORDER: [&str; 10] = [
@@ -210,7 +237,7 @@ impl<'a> Draft<'a> {
         self.answer(key)?.as_array().map(|values| text_list(values))
     }
 
-    pub(super) fn finish(self) -> Result<Proposal, ProposalError> {
+    pub(super) fn finish(self, joints: usize) -> Result<Proposal, ProposalError> {
         let to_nothing = self.answers.keys().find(|key| !self.asked_keys.contains(*key));
         if let Some(key) = to_nothing {
             let keys = self.asked_keys.into_iter().collect::<Vec<_>>().join(" ");
@@ -224,7 +251,7 @@ impl<'a> Draft<'a> {
             (SECTION_ORDER.iter().position(|own| *own == section), axis)
         };
         entries.sort_by_key(|entry| -> (Option<usize>, usize) { place(&entry.section) });
-        Ok(Proposal { entries })
+        Ok(Proposal { entries, joints })
     }
 }
 
@@ -242,6 +269,20 @@ impl Proposal {
         let mut missing: Vec<&Entry> = missing.collect();
         missing.sort_by_key(|entry| place(entry.key()).unwrap_or(QUESTION_ORDER.len()));
         missing
+    }
+
+    /// Returns the text of the cell file with valid values for all open ones, so that its other
+    /// values can be checked. `None` if an open one has no such value.
+    pub fn text_for_check(&self) -> Option<String> {
+        let valid = |entry: &Entry| match entry.key().as_str() {
+            "urdf.gear_ratios" => Some(list_text(&vec!["1.0"; self.joints])),
+            key => VALID_VALUES.iter().find(|(own, _)| *own == key).map(|of| of.1.to_owned()),
+        };
+        let mut filled = self.clone();
+        for entry in filled.entries.iter_mut().filter(|of| of.origin == ValueOrigin::Missing) {
+            entry.value = valid(entry)?;
+        }
+        Some(filled.text())
     }
 
     /// Returns the text of the cell file.
@@ -296,6 +337,6 @@ mod tests {
             .filter_map(|axis| draft.number(&format!("bus.drives.{axis}.position.sign")))
             .collect();
         assert_eq!(signs, [-1.0, 1.0]);
-        assert!(draft.finish().is_ok());
+        assert!(draft.finish(2).is_ok());
     }
 }

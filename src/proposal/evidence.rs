@@ -53,6 +53,26 @@ pub enum ProposalError {
         /// Number of joints of the robot.
         axes: usize,
     },
+    /// The table has no such column.
+    #[error("{}: no column `{column}`; available: {available}", file.display())]
+    NoColumn {
+        /// The file.
+        file: PathBuf,
+        /// Column of an answer.
+        column: String,
+        /// Columns of the table.
+        available: String,
+    },
+    /// The rows have the names of the joints, and no torques.
+    #[error(
+        "{}: its rows are joint states without efforts, and without torques nothing is \
+        identified. Record a topic with efforts or currents",
+        file.display()
+    )]
+    NoEfforts {
+        /// The file.
+        file: PathBuf,
+    },
     /// The times of the table are not in ascending order.
     #[error(
         "{}: time goes back in row {row} of `{column}`: rows of two recordings alternate, or rows \

@@ -56,7 +56,7 @@ pub fn propose(
     }
     propose_drives(&mut draft, evidence);
     propose_identification(&mut draft);
-    draft.finish()
+    draft.finish(evidence.robot.robot.joints())
 }
 
 /// Proposes the drive data that a URDF does not contain.

@@ -325,6 +325,9 @@ pub(super) fn column_groups(
     let order = patterns
         .iter()
         .find_map(|(pattern, count)| joint_order(&pattern_texts(table, pattern, *count), joints));
+    let order = order.or_else(|| {
+        table.first_row.iter().find_map(|text| joint_order(&listed_texts(text), joints))
+    });
     let mut groups: Vec<ColumnGroup> = match order {
         None => numbered_groups(columns, axes),
         // The names of the joints are no signals.
@@ -395,6 +398,13 @@ fn pattern_texts(table: &TableNames, pattern: &str, count: usize) -> Vec<String>
     columns.filter_map(|column| table.first_row.get(column).cloned()).collect()
 }
 
+/// Returns the texts of a list in one field, as `['elbow', 'shoulder']`.
+fn listed_texts(field: &str) -> Vec<String> {
+    let inside = field.trim().strip_prefix('[').and_then(|rest| rest.strip_suffix(']'));
+    let parts = inside.into_iter().flat_map(|list| list.split(','));
+    parts.map(|part| part.trim().trim_matches(['\'', '"']).to_owned()).collect()
+}
+
 /// Returns the place of each joint in a list of names, and the length of the list.
 fn joint_order(texts: &[String], joints: &[String]) -> Option<(Vec<usize>, usize)> {
     let place = |joint| texts.iter().position(|text| text == joint);
@@ -404,6 +414,29 @@ fn joint_order(texts: &[String], joints: &[String]) -> Option<(Vec<usize>, usize
 
 /// Names of the quantities after the names of joints, in a row of `sensor_msgs/msg/JointState`.
 const JOINT_STATE_LISTS: [&str; 3] = ["position", "velocity", "effort"];
+
+/// Returns true for joint states without a header whose rows have the names of the joints and
+/// positions, with velocities or without, and no efforts.
+pub(super) fn lacks_efforts(table: &TableNames, joints: &[String]) -> bool {
+    if table.has_header || !groups_without_header(table, joints.len(), joints).is_empty() {
+        return false;
+    }
+    let columns = table.first_row.len();
+    let is_joint = |text: &String| joints.contains(text);
+    let Some(first) = table.first_row.iter().position(is_joint) else { return false };
+    (0..=first).rev().any(|begin| {
+        (1..JOINT_STATE_LISTS.len()).any(|lists| {
+            let listed = (columns - begin) / (lists + 1);
+            let is_state = columns == begin + (lists + 1) * listed;
+            let texts = table.first_row.get(begin..begin + listed).filter(|_| is_state);
+            let values = table.first_row.get(begin + listed..).unwrap_or_default();
+            let is_number = |text: &String| text.parse::<f64>().is_ok();
+            texts.is_some_and(|texts| {
+                joint_order(texts, joints).is_some() && !texts.iter().any(is_number)
+            }) && values.iter().all(is_number)
+        })
+    })
+}
 
 /// Returns the groups of a table without a header: those of joint states (`ros2 topic echo --csv`),
 /// whose rows have the names of the joints; or positions and torques after the time.

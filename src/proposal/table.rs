@@ -8,8 +8,8 @@ use didim_formats::{AxisColumns, Columns, Side, TableNames, read_rows};
 use super::draft::Draft;
 use super::evidence::{Evidence, ProposalError};
 use super::names::{
-    ColumnGroup, ColumnMeaning, column_groups, column_meaning, counted_otherwise, is_measured,
-    related_groups, split_words, unit,
+    ColumnGroup, ColumnMeaning, axis_name, column_groups, column_meaning, counted_otherwise,
+    is_measured, lacks_efforts, related_groups, split_words, unit,
 };
 use super::plausible::{SignalSurvey, propose_torque_timing};
 use super::time::{TableRows, TableTime, column_text};
@@ -24,6 +24,8 @@ const SECTION_NAME: &str = "data";
 /// Largest plausible current of a joint's drive \[A\]. Convention: far above the peak current of
 /// any servo drive of an arm, and far below a thousand times that of a small one.
 const MAX_CURRENT_A: f64 = 500.0;
+/// Largest number of columns that an error lists.
+const MAX_LISTED_COLUMNS: usize = 24;
 /// Last words of a name that denote its unit.
 const POSITION_UNIT_WORDS: &[(&str, &str)] = &[
     ("rad", "rad"),
@@ -101,8 +103,11 @@ impl TableProposal<'_> {
             let (file, columns) = (self.file.clone(), self.names.columns.join(" "));
             return Err(ProposalError::NoTable { file, columns, axes });
         }
+        if lacks_efforts(self.names, &self.joints) {
+            return Err(ProposalError::NoEfforts { file: self.file.clone() });
+        }
         let groups = column_groups(self.names, axes, &self.joints);
-        let choice = self.choose_signals(draft, &groups);
+        let choice = self.choose_signals(draft, &groups)?;
         let signals = match (&choice.position, &choice.torque) {
             (Ok(position), Ok(torque)) => Some(self.columns_of(draft, position, torque)),
             _ => None,
@@ -142,7 +147,11 @@ impl TableProposal<'_> {
     }
 
     /// Chooses the columns of positions and torques.
-    fn choose_signals(&self, draft: &Draft<'_>, groups: &[ColumnGroup]) -> SignalChoice {
+    fn choose_signals(
+        &self,
+        draft: &Draft<'_>,
+        groups: &[ColumnGroup],
+    ) -> Result<SignalChoice, ProposalError> {
         let axes = self.robot.joints();
         let otherwise = counted_otherwise(&self.names.columns, axes);
         let position = choose_group(groups, ColumnMeaning::Position);
@@ -157,10 +166,36 @@ impl TableProposal<'_> {
                 format!("{which}; of {axes} joints there are {}", otherwise.join(", "))
             }
         };
-        SignalChoice {
-            position: self.answer_or_found(draft, "position", position.map_err(hint)),
-            torque: self.answer_or_found(draft, "torque", torque.map_err(hint)),
+        Ok(SignalChoice {
+            position: self.answer_or_found(draft, "position", position.map_err(hint))?,
+            torque: self.answer_or_found(draft, "torque", torque.map_err(hint))?,
             is_command,
+        })
+    }
+
+    /// Checks that the table has the columns of an answer, by their names or numbers.
+    fn check_columns(&self, group: ColumnGroup) -> Result<ColumnGroup, ProposalError> {
+        let columns = &self.names.columns;
+        let is_there = |name: &String| {
+            let by_number =
+                || name.parse().is_ok_and(|number| (1..=columns.len()).contains(&number));
+            columns.contains(name) || by_number()
+        };
+        let names = match &group {
+            ColumnGroup::Numbered(pattern) => {
+                (0..self.robot.joints()).map(|axis| axis_name(pattern, axis)).collect()
+            }
+            group => group.names(),
+        };
+        match names.into_iter().find(|name| !is_there(name)) {
+            None => Ok(group),
+            Some(column) => {
+                let mut available = columns.iter().take(MAX_LISTED_COLUMNS).map(String::as_str);
+                let available = available.by_ref().collect::<Vec<_>>().join(" ");
+                let more = if columns.len() > MAX_LISTED_COLUMNS { " …" } else { "" };
+                let (file, available) = (self.file.clone(), available + more);
+                Err(ProposalError::NoColumn { file, column, available })
+            }
         }
     }
 
@@ -257,21 +292,21 @@ impl TableProposal<'_> {
         draft: &Draft<'_>,
         what: &str,
         found: Result<ColumnGroup, String>,
-    ) -> Result<ColumnGroup, String> {
+    ) -> Result<Result<ColumnGroup, String>, ProposalError> {
         if let Some(pattern) = draft.answered_text(&format!("data.{what}.column")) {
-            return Ok(ColumnGroup::Numbered(pattern));
+            return self.check_columns(ColumnGroup::Numbered(pattern)).map(Ok);
         }
         if let Some(names) = draft.answered_columns(&format!("data.{what}.columns")) {
             let (count, axes) = (names.len(), self.robot.joints());
             let wrong = || format!("`columns` has {count} names for {axes} axes");
             let is_number = |name: &String| name.parse::<u16>().is_ok();
             return match names.iter().all(is_number) {
-                _ if count != axes => Err(wrong()),
-                true => Ok(ColumnGroup::ByNumber(what.to_owned(), names)),
-                false => Ok(ColumnGroup::Named(names)),
+                _ if count != axes => Ok(Err(wrong())),
+                true => self.check_columns(ColumnGroup::ByNumber(what.to_owned(), names)).map(Ok),
+                false => self.check_columns(ColumnGroup::Named(names)).map(Ok),
             };
         }
-        found
+        Ok(found)
     }
 
     fn guess_side(

@@ -314,7 +314,9 @@ impl TableRows<'_> {
         let in_row = place.and_then(|place| names.units.get(place)).map(|unit| format!("[{unit}]"));
         let unit_of = |name: &str| Some(unit(name, UNIT_WORDS)?.map(str::to_owned));
         let unit_found = draft.answered_text("data.time.unit").map(Ok).or(by_type);
-        let unit_found = unit_found.or_else(|| unit_of(name)).or_else(|| unit_of(&in_row?));
+        let own_name = place.and_then(|place| names.columns.get(place));
+        let unit_found = unit_found.or_else(|| unit_of(own_name.map_or(name, String::as_str)));
+        let unit_found = unit_found.or_else(|| unit_of(&in_row?));
         let is_stated = matches!(unit_found, Some(Ok(_)));
         let counts =
             times.times_s.windows(2).all(|pair| (pair[1] - pair[0] - 1.0).abs() < f64::EPSILON);

@@ -86,6 +86,20 @@ fn identify(cell: &Path, inputs: [&Path; 2]) -> Value {
     json(&succeed(&arguments))
 }
 
+/// A log of a bus is read as it is; a compressed one is named as that.
+#[test]
+fn a_compressed_log_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = folder.path().join("arm.log.gz");
+    let mut packed = GzEncoder::new(Vec::new(), Compression::fast());
+    packed.write_all(b"(1700000000.000000) can0 181#0102030405060708\n").unwrap();
+    fs::write(&log, packed.finish().unwrap()).unwrap();
+    let cell = repository("config/cells/tx40-cia402.toml");
+    let refused = didim(&[&"identify", &"--cell", &cell, &"--input", &log]);
+    assert_eq!(refused.code, Some(1), "{refused:?}");
+    assert!(refused.stderr.contains("gunzip"), "{refused:?}");
+}
+
 /// The same table compressed by gzip, next to it.
 fn compressed(table: &Path) -> PathBuf {
     let path = table.with_extension("csv.gz");

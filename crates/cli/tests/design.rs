@@ -111,6 +111,10 @@ fn no_motion_is_designed_with_limits_that_are_open() {
         let refused = didim(&[&"design", &"--robot", &robot, &"--duration", &"3", &"--out", &out]);
         assert!(refused.code != Some(0) && refused.stderr.contains(remedy), "{refused:?}");
     }
+    // No longer than a motion that can be simulated.
+    let robot = repository("config/robots/tx40.toml");
+    let refused = didim(&[&"design", &"--robot", &robot, &"--duration", &"601", &"--out", &out]);
+    assert_eq!(refused.code, Some(2), "{refused:?}");
 }
 
 #[test]

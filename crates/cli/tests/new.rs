@@ -312,6 +312,14 @@ fn from_urdf_and_log_to_the_report_in_three_commands() {
             value(name, &result)
         );
     }
+    // The cell leaves the cut-off to the recording. Its stored result has a report all the same.
+    let state = path_of("state");
+    let stored: [&dyn AsRef<std::ffi::OsStr>; 7] =
+        [&"identify", &"--cell", &cell, &"--input", &log, &"--state", &state];
+    succeed(&stored);
+    let page = path_of("stored.html");
+    succeed(&[&"report", &"0", &"--cell", &cell, &"--state", &state, &"--out", &page]);
+    assert!(fs::read_to_string(&page).unwrap().contains("<html"));
 }
 
 #[test]
@@ -343,6 +351,115 @@ fn answers_of_the_wrong_type_are_all_named_next_to_what_is_open() {
     let keys: Vec<&str> =
         findings.as_array().unwrap().iter().map(|one| one["key"].as_str().unwrap()).collect();
     assert!(keys.contains(&"data.side") && keys.contains(&"urdf.drive_inertia"), "{keys:?}");
+}
+
+/// A first column that advances steadily is the time, and its name has the unit.
+#[test]
+fn a_time_that_no_name_shows_has_the_unit_in_its_name() {
+    let names = ["duration [ms]", "q1 [rad]", "q2 [rad]", "tau1 [Nm]", "tau2 [Nm]"];
+    let folder = folder(names, [1e3, 1.0, 1.0, 1.0, 1.0]);
+    let log = folder.path().join("log.csv");
+    let table = fs::read_to_string(&log).unwrap();
+    let rows = table.lines().map(|line| line.split_once(',').unwrap().1.to_owned() + "\n");
+    fs::write(&log, rows.collect::<String>()).unwrap();
+    let made = new(folder.path(), &["--set", "urdf.drive_inertia=false"]);
+    assert_eq!(made.code, Some(0), "{}", made.stderr);
+    for line in ["found    data.rate_hz = 200.0", "found    data.time.unit = \"ms\""] {
+        assert!(made.stdout.contains(line), "{line}: {}", made.stdout);
+    }
+}
+
+/// Whatever is open, an answer that no cell can have is refused, and nothing is written.
+#[test]
+fn a_wrong_answer_is_refused_while_others_are_open() {
+    let folder = folder(["time", "q1", "q2", "tau1", "tau2"], RAD);
+    let cell = folder.path().join("cell.toml");
+    for (answer, key) in [
+        ("data.torque.sign=0", "data.torque"),
+        ("data.rate_hz=-3", "data.rate_hz"),
+        ("urdf.gear_ratios=[100,100,100]", "urdf.gear_ratios"),
+        ("data.position.unit=degree", "data.position"),
+        ("identification.position_filter.cutoff_hz=-1", "identification.position_filter"),
+        ("identification.decimation_filter.factor=0", "identification"),
+    ] {
+        let made = new(folder.path(), &["--set", answer]);
+        assert_eq!(made.code, Some(78), "{answer}: {}", made.stdout);
+        assert!(made.stderr.contains(key), "{answer}: {}", made.stderr);
+        assert!(!cell.exists(), "{answer}");
+    }
+    for answer in ["data.position.column=p{axis}", "data.torque.columns=[5,99]"] {
+        let made = new(folder.path(), &["--set", answer]);
+        assert_eq!(made.code, Some(78), "{answer}: {}", made.stdout);
+        assert!(made.stderr.contains("available: mode time q1"), "{answer}: {}", made.stderr);
+    }
+    // What is open stays open.
+    let made = new(folder.path(), &["--set", "identification.position_filter.cutoff_hz=60"]);
+    assert_eq!(made.code, Some(0), "{}", made.stderr);
+    assert!(made.stdout.contains("missing  urdf.drive_inertia"), "{}", made.stdout);
+}
+
+/// Columns without names: a list answers the question for their name, with `columns =` or without.
+#[test]
+fn numbers_of_columns_answer_the_question_for_their_name() {
+    let folder = folder(["time", "q1", "q2", "tau1", "tau2"], RAD);
+    let log = folder.path().join("log.csv");
+    let table = fs::read_to_string(&log).unwrap();
+    let rows = table.lines().skip(1).map(|line| line.replace("auto", "7") + "\n");
+    fs::write(&log, rows.collect::<String>()).unwrap();
+    let answers = ["data.position.column=[3, 4]", "data.torque.column=columns = [5, 6]"];
+    let further = ["urdf.drive_inertia=false", "data.time.column=2", "data.side=joint"];
+    let all: Vec<&str> =
+        answers.iter().chain(&further).flat_map(|answer| ["--set", *answer]).collect();
+    let made = new(folder.path(), &all);
+    assert_eq!(made.code, Some(0), "{}", made.stderr);
+    for line in ["stated   data.position.columns = [3, 4]", "stated   data.torque.columns = [5, 6]"]
+    {
+        assert!(made.stdout.contains(line), "{line}: {}", made.stdout);
+    }
+}
+
+/// Lists in fields, with the names of their joints in another order than the arm's.
+#[test]
+fn lists_are_matched_with_the_names_of_their_joints() {
+    let folder = folder(["time", "q1", "q2", "tau1", "tau2"], RAD);
+    let log = folder.path().join("log.csv");
+    let mut table = "time,name,position,effort\n".to_owned();
+    for line in fs::read_to_string(&log).unwrap().lines().skip(1) {
+        let fields: Vec<&str> = line.split(',').collect();
+        let [_, time, q1, q2, tau1, tau2] = fields[..] else { panic!("{line}") };
+        let names = "\"['elbow', 'gripper', 'shoulder']\"";
+        let row = format!("{time},{names},\"[{q2}, 0.1, {q1}]\",\"[{tau2}, 0.0, {tau1}]\"");
+        writeln!(table, "{row}").unwrap();
+    }
+    fs::write(&log, table).unwrap();
+    let made = new(folder.path(), &["--set", "urdf.drive_inertia=false"]);
+    assert_eq!(made.code, Some(0), "{}", made.stderr);
+    for line in [
+        "data.position.columns = [\"position[2]\", \"position[0]\"]",
+        "data.torque.columns = [\"effort[2]\", \"effort[0]\"]",
+        "data.torque.unit = \"Nm\"",
+    ] {
+        assert!(made.stdout.contains(line), "{line}: {}", made.stdout);
+    }
+}
+
+/// Joint states without a header and without efforts: no answer would help.
+#[test]
+fn joint_states_without_efforts_are_named() {
+    let folder = folder(["time", "q1", "q2", "tau1", "tau2"], RAD);
+    let log = folder.path().join("log.csv");
+    let rows = |further: &str| -> String {
+        let row = |k: u32| format!("17,{k},base,elbow,shoulder,{}.5,0.25{further}\n", k % 7);
+        (0..300).map(row).collect()
+    };
+    for further in ["", ",0.1,0.2"] {
+        fs::write(&log, rows(further)).unwrap();
+        let made = new(folder.path(), &[]);
+        assert_eq!(made.code, Some(78), "{}", made.stdout);
+        assert!(made.stderr.contains("joint states without efforts"), "{}", made.stderr);
+    }
+    fs::write(&log, rows(",0.1,0.2,3.0,4.0")).unwrap();
+    assert_eq!(new(folder.path(), &[]).code, Some(0));
 }
 
 /// An answer settles what follows from it, so it is asked first.

@@ -12,6 +12,7 @@ use didim_identification::excitation::{
 };
 use didim_identification::identification::KnownLoad;
 use didim_identification::parallel::map;
+use didim_sim::MAX_MOTION_S;
 use indicatif::ProgressBar;
 
 use crate::CliError;
@@ -55,8 +56,8 @@ pub(crate) struct Arguments {
     /// Prior knowledge: a result that the service stored, or the file of `didim identify --out`
     #[arg(long, value_name = "FILE", requires = "cell", required_if_eq("objective", "payload"))]
     result: Option<PathBuf>,
-    /// Length of the motion [s]
-    #[arg(long, value_name = "S", value_parser = parse_positive)]
+    /// Length of the motion [s]; up to 600
+    #[arg(long, value_name = "S", value_parser = parse_duration)]
     duration: f64,
     /// A file to write; may be given more than once: .csv (table), .yaml (ROS 2), .script
     /// (Universal Robots), .src (KUKA), .mod (ABB)
@@ -207,6 +208,15 @@ impl LimitShares {
             [all] => vec![all; joints],
             _ => accelerations.clone(),
         })
+    }
+}
+
+/// Parses the duration of a motion, which can be simulated.
+fn parse_duration(text: &str) -> Result<f64, String> {
+    let duration_s = parse_positive(text)?;
+    match duration_s <= MAX_MOTION_S {
+        true => Ok(duration_s),
+        false => Err(format!("is longer than {MAX_MOTION_S} s; repeat a shorter motion")),
     }
 }
 

@@ -50,9 +50,19 @@ pub(crate) struct Arguments {
 }
 
 fn parse_answer(text: &str) -> Result<(String, String), String> {
-    let answer =
-        text.split_once('=').map(|(key, value)| (key.trim().to_owned(), value.trim().to_owned()));
-    answer.ok_or_else(|| "has to be KEY=VALUE".to_owned())
+    let (key, value) = text.split_once('=').ok_or_else(|| "has to be KEY=VALUE".to_owned())?;
+    Ok(answer_of(key.trim(), value.trim()))
+}
+
+/// Returns the key that an answer is for, and its value. A list of columns, with its name or
+/// without, is for `columns`.
+fn answer_of(key: &str, value: &str) -> (String, String) {
+    let named = value.strip_prefix("columns").map(str::trim_start);
+    let list = named.and_then(|rest| rest.strip_prefix('=')).unwrap_or(value).trim();
+    match key.strip_suffix(".column").filter(|_| list.starts_with('[')) {
+        Some(quantity) => (format!("{quantity}.columns"), list.to_owned()),
+        None => (key.to_owned(), value.to_owned()),
+    }
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
@@ -135,6 +145,7 @@ fn ask_questions(
             passed_over.push(key);
             continue;
         };
+        let (key, value) = answer_of(&key, &value);
         answers.insert(key.clone(), value);
         let with_it = propose(evidence, out, answers).map_err(|error| error.to_string());
         let with_it =
@@ -154,11 +165,13 @@ fn ask_questions(
 }
 
 /// Returns the mistake that the other commands would find in the proposed cell. Open values are
-/// none.
+/// none, and the others are checked with valid values in their place.
 fn find_mistake(proposal: &Proposal, out: &Path) -> Option<CellError> {
     match Cell::check_text(proposal.text(), out) {
         Ok(()) => None,
-        Err(CellError::Open { wrong, .. }) if wrong.is_empty() => None,
+        Err(CellError::Open { wrong, .. }) if wrong.is_empty() => {
+            Cell::check_text(proposal.text_for_check()?, out).err()
+        }
         Err(error) => Some(error),
     }
 }

@@ -146,6 +146,11 @@ pub fn is_parquet(path: &Path) -> bool {
     begins_with(path, &PARQUET_MAGIC)
 }
 
+/// Returns true for a file that is compressed by gzip, by its first bytes.
+pub fn is_gzip(path: &Path) -> bool {
+    begins_with(path, &GZIP_MAGIC)
+}
+
 /// Returns the first line that is not blank, or its beginning.
 fn first_line(begin: &[u8]) -> &[u8] {
     let mut lines = begin.split(|byte| *byte == b'\n').map(<[u8]>::trim_ascii);

@@ -213,6 +213,9 @@ impl Source for TextTable {
     }
 }
 
+/// Largest number of characters of a field that an error shows.
+const MAX_SHOWN: usize = 40;
+
 /// Returns the error for a field.
 fn field_error(
     of: Column,
@@ -221,11 +224,14 @@ fn field_error(
     column: String,
     text: String,
 ) -> TableError {
+    let date = ExactTime::of_date(&text);
+    let text = match text.char_indices().nth(MAX_SHOWN) {
+        Some((end, _)) => format!("{}…", &text[..end]),
+        None => text,
+    };
     match of {
         Column::Date => TableError::NotADate { file, place, column, text },
-        Column::Time if ExactTime::of_date(&text).is_some() => {
-            TableError::Date { file, place, column, text }
-        }
+        Column::Time if date.is_some() => TableError::Date { file, place, column, text },
         _ => TableError::NotANumber { file, place, column, text },
     }
 }

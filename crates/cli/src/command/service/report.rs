@@ -54,7 +54,7 @@ struct Output<'a> {
 }
 
 pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
-    let cell = Cell::read_decided(&arguments.cell).map_err(CliError::from_configuration)?;
+    let cell = Cell::read(&arguments.cell).map_err(CliError::from_configuration)?;
     let folder = arguments.state.as_ref().unwrap_or(&cell.service.state_directory);
     let number = arguments.result;
     let file = result_file(folder, number);
@@ -80,7 +80,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     }
     let recordings = cell.service.recordings.clone().unwrap_or_default().folder(folder);
     let recording = kept_result(&recordings, number);
-    let reproduced = match recording.filter(|_| is_of_cell) {
+    let reproduced = match recording.filter(|_| is_of_cell && cell.is_decided()) {
         Some(recording) => reproduce(&cell, &recording, &record)?,
         None => None,
     };
