@@ -14,8 +14,8 @@ use crate::archive::store::{Attachments, HistoryLine, Recordings, ResultRecord, 
 pub fn read_result_line(file: &Path, number: u64) -> Result<HistoryLine, ResultError> {
     let wrong = |source| ResultError::Read { file: file.to_path_buf(), source };
     let text = fs::read(file).map_err(wrong)?;
-    let (configuration, estimate) = parse_result(&text)
-        .map_err(|source| ResultError::NoResult { file: file.to_path_buf(), source })?;
+    let (configuration, estimate) =
+        parse_result(&text).map_err(|problem| ResultError::no_result(file, &text, &problem))?;
     let configuration = configuration.unwrap_or_default();
     let record =
         ResultRecord::from_recordings("", &configuration, &Recordings::default(), estimate);

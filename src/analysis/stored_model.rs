@@ -4,6 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use didim_dynamics::robot::JointIndex;
+use didim_formats::TextKind;
 use didim_identification::identification::{
     ChosenCutoff, Estimate, KnownArm, KnownModel, Method, ModelUncertainty, ParameterCovariance,
     ParameterEstimate, ReachedRange, SCHEMA, Use, UseVerdict, Verdict,
@@ -29,14 +30,14 @@ pub enum ResultError {
     /// The file is not a result. Use one that the service stored, or the output of `didim identify
     /// --json`.
     #[error(
-        "{}: {source}; give a result that the service stored, or the output of `didim identify \
+        "{}: {found}; give a result that the service stored, or the output of `didim identify \
          --json`", file.display()
     )]
     NoResult {
         /// The file.
         file: PathBuf,
-        /// Error of the JSON parser.
-        source: serde_json::Error,
+        /// Kind of the file, or the problem of its JSON.
+        found: String,
     },
     /// The parameters of the result are not those of the robot. Use the cell of its identification.
     #[error(
@@ -60,6 +61,18 @@ pub enum ResultError {
         /// Robot of the cell.
         robot: String,
     },
+}
+
+impl ResultError {
+    /// Creates the error of a file that is no result, by its kind or by the problem of its JSON.
+    pub(super) fn no_result(file: &Path, text: &[u8], problem: &serde_json::Error) -> Self {
+        let begin = text.utf8_chunks().next().map_or("", |chunk| chunk.valid());
+        let found = match TextKind::detect(begin) {
+            None | Some(TextKind::Json) => problem.to_string(),
+            Some(kind) => format!("this is {kind}, not a result"),
+        };
+        Self::NoResult { file: file.to_path_buf(), found }
+    }
 }
 
 /// Note on a result that [does not belong to](StoredModel::is_of) the cell.
@@ -186,7 +199,7 @@ impl StoredModel {
     /// # Errors
     /// Same as [`read_stored_model`](Self::read_stored_model).
     pub fn parse(text: &[u8], file: &Path, mut cell: Cell) -> Result<(Self, Cell), ResultError> {
-        let wrong = |source| ResultError::NoResult { file: file.to_path_buf(), source };
+        let wrong = |problem| ResultError::no_result(file, text, &problem);
         let (configuration, estimate) = parse_result(text).map_err(wrong)?;
         let robot = cell.robot.name();
         if estimate.robot != robot {

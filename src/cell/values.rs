@@ -21,6 +21,9 @@ pub(super) fn check(file: &CellFile, stream: Option<(usize, f64)>) -> Vec<Wrong>
     checked.push(check_sockets(&file.service));
     checked.extend(file.service.recordings.as_ref().map(RecordingOptions::check));
     checked.push(file.service.drift.validate().map_err(|error| (error.key, error.problem)));
+    if file.name.trim().is_empty() {
+        checked.push(Err(("name", "is empty; results carry it".to_owned())));
+    }
     if file.service.keep_results == 0 {
         checked.push(Err(("service.keep_results", "has to be at least 1".to_owned())));
     }

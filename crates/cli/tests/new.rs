@@ -375,6 +375,7 @@ fn a_wrong_answer_is_refused_while_others_are_open() {
     let folder = folder(["time", "q1", "q2", "tau1", "tau2"], RAD);
     let cell = folder.path().join("cell.toml");
     for (answer, key) in [
+        ("name=", "name"),
         ("data.torque.sign=0", "data.torque"),
         ("data.rate_hz=-3", "data.rate_hz"),
         ("urdf.gear_ratios=[100,100,100]", "urdf.gear_ratios"),

@@ -414,6 +414,16 @@ fn what_a_result_of_a_kr300_says_of_another_motion_is_predicted() {
     }
 }
 
+/// A file that is no result is named by its kind.
+#[test]
+fn a_table_in_place_of_a_result_is_named() {
+    let table = tempfile::NamedTempFile::new().unwrap();
+    std::fs::copy(repository("tests/data/kr300/a.csv"), table.path()).unwrap();
+    let refused = didim(&predict_command(&table, "a").iter().map(|of| of as _).collect::<Vec<_>>());
+    assert_eq!(refused.code, Some(1), "{refused:?}");
+    assert!(refused.stderr.contains("a table of signals, not a result"), "{refused:?}");
+}
+
 /// A result that earlier versions stored predicts all the same; what it does not say is not made
 /// up.
 #[test]

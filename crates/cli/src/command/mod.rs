@@ -33,7 +33,7 @@ pub(crate) enum Command {
     #[cfg(target_os = "linux")]
     #[command(flatten)]
     Service(service::Command),
-    /// Put the simulated TX40 on a bus
+    /// Put a simulated arm on a bus
     Sim(sim::Arguments),
     /// Identify offline, from a table, a candump log or an MCAP recording
     Identify(identify::Arguments),
