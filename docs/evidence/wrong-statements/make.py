@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
-"""Wrong statements about real recordings: whether they are named, and whether right ones are left alone.
+"""Wrong statements about recordings: whether they are named, and whether right ones are left alone.
 
-    make.py list               print the list of wrong statements, drawn with a fixed seed
-    make.py run OUT PROGRAM    make the inputs of `list.csv`, run all commands, print the table
+    make.py list [simulated PROGRAM]         print the list of wrong statements, drawn with a fixed seed
+    make.py run OUT PROGRAM [simulated]      make the inputs of the list, run all commands, print the table
 
-Each statement changes one signal of a recording, or one value of the robot file. The recordings are those of
-tests/data, and the TX40 in the folder DIDIM_DATASETS, which has no licence and is not part of the project. Needs NumPy.
+Each statement changes one signal of a recording, or one value of the robot file. The real recordings (list.csv) are those of
+tests/data, and the TX40 in the folder DIDIM_DATASETS, which has no licence and is not part of the project. The simulated ones
+(list-simulated.csv) are of four arms of different makers along random motions, with the noise of their scenarios. Needs NumPy.
 """
 
 import csv
@@ -20,6 +21,7 @@ import struct
 import subprocess
 import sys
 import tempfile
+import tomllib
 from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -67,6 +69,7 @@ class Recording:
     window: list = field(default_factory=list)
     joints: list = field(default_factory=list)
     prismatic: list = field(default_factory=list)
+    truth: dict = field(default_factory=dict)
 
     @property
     def axes(self):
@@ -163,6 +166,58 @@ def recordings():
         print("tx40: left out, because DIDIM_DATASETS does not have it", file=sys.stderr)
 
 
+# Robot, cell and scenario of the simulated arms.
+SIMULATED = {
+    "sim-tx40": ("tx40", "config/cells/tx40-cia402.toml", "tx40-paper"),
+    "sim-piper": ("piper", "config/cells/piper.toml", "piper"),
+    "sim-openarm": ("openarm", "config/cells/openarm.toml", "openarm"),
+    "sim-ur5e": ("ur5e", "sim-fixtures/faults/cells/ur5e.toml", "ur5e"),
+}
+MOVES = 12
+REACH = 0.6  # share of the range of a joint, about its middle,
+MAX_REACH_RAD = 1.2  # and at most this far from it
+EVERY = 5  # of the 5,000 samples a second are kept
+
+
+def random_moves(robot, draw):
+    """The moves of a scenario to random postures, and back."""
+    middles, reaches = [], []
+    for joint in tomllib.loads(robot)["joint"]:
+        low, high = (math.radians(joint[f"position_{end}_deg"]) for end in ("min", "max"))
+        middles.append((low + high) / 2)
+        reaches.append(min(REACH * (high - low) / 2, MAX_REACH_RAD))
+    text = "moves = [\n"
+    for move in range(MOVES):
+        target = [round(middle + draw.uniform(-reach, reach), 3) for middle, reach in zip(middles, reaches)]
+        if move == MOVES - 1:
+            target = [0.0] * len(target)
+        shares = [round(draw.uniform(0.5, 1.0), 2) for _ in range(2)]
+        text += f"  {{ target_rad = {target}, velocity_fraction = {shares[0]}, acceleration_fraction = {shares[1]}, dwell_s = 0.1 }},\n"
+    return text + "]"
+
+
+def simulated(program):
+    """Two random motions of each arm, with its true parameters."""
+    for name, (robot_name, cell, scenario) in SIMULATED.items():
+        draw = random.Random(f"{SEED}-{name}")
+        robot = (ROOT / f"config/robots/{robot_name}.toml").read_text()
+        text = (ROOT / f"sim-fixtures/scenarios/{scenario}.toml").read_text()
+        text = re.sub(r"(?m)^samples = \d+$", "samples = 150000", text)
+        motions = []
+        for seed in (1, 2):
+            with tempfile.TemporaryDirectory() as folder:
+                path = Path(folder) / "scenario.toml"
+                path.write_text(re.sub(r"(?ms)^moves = \[$.*?^\]$", lambda _: random_moves(robot, draw), text))
+                line = [program, "sim", "--cell", ROOT / cell, "--scenario", path, "--seed", str(seed)]
+                done = subprocess.run([*line, "--out", f"{folder}/out.csv", "--json"], capture_output=True, text=True)
+                assert done.returncode == 0, done.stderr
+                truth = {of["name"]: of["value"] for of in json.loads(done.stdout)["truth"]}
+                position, torque = signals(f"{folder}/out.csv", "motor_position", "motor_torque")
+                motions.append((position[::EVERY], torque[::EVERY]))
+        rate_hz = 5000.0 / EVERY
+        yield Recording(name, robot, motions[:1], motions[1], rate_hz, side="motor", cutoff_hz=50.0, factor=10, truth=truth)
+
+
 # ------------------------------------------------------------------------------------ wrong statements
 
 SIZES = {
@@ -202,10 +257,10 @@ def wrong_statements(recording):
         yield "tilt", [0], size
 
 
-def write_list():
+def write_list(recordings):
     out = csv.writer(sys.stdout, lineterminator="\n")
     out.writerow(["recording", "kind", "axes", "size"])
-    for recording in recordings():
+    for recording in recordings:
         out.writerow([recording.name, "right", "", ""])
         for kind, axes, size in wrong_statements(recording):
             out.writerow([recording.name, kind, " ".join(str(axis + 1) for axis in axes), "" if size is None else size])
@@ -297,6 +352,7 @@ def answer(program, recording, statement):
             "uses": {name: (of["applicable"], of["figure"]) for name, of in result["verdict"]["uses"].items()},
             "prediction": result["verdict"]["uses"]["prediction"]["applicable"],
             "combined": {of["name"]: of["combined_standard_deviation"] for of in result["parameters"]},
+            "values": {of["name"]: of["value"] for of in result["parameters"]},
             "held_out": [result["held_out"].get(key) for key in ("relative_error", "relative_error_per_joint")],
             "second": predicted.get("relative_error"),
             "second_per_joint": predicted.get("relative_error_per_joint", []),
@@ -355,11 +411,17 @@ def matters(found, right):
 ANSWERS = ["right", "family", "refused", "nothing named", "wrong"]
 
 
-def run(out, program):
-    with open(HERE / "list.csv", newline="") as file:
+def beyond_truth(recording, found):
+    """The parameters that are more than three combined standard deviations from the truth."""
+    far = lambda name, value: abs(value - recording.truth[name]) > 3.0 * found["combined"][name]
+    return [name for name, value in found["values"].items() if name in recording.truth and far(name, value)]
+
+
+def run(out, program, chosen, listing):
+    with open(HERE / listing, newline="") as file:
         listed = list(csv.DictReader(file))
-    counts, harmful, answers = {}, [], []
-    for recording in recordings():
+    counts, harmful, untrue, answers = {}, [], [], []
+    for recording in chosen:
         right = None
         for row in (row for row in listed if row["recording"] == recording.name):
             axes = [int(axis) - 1 for axis in row["axes"].split()]
@@ -377,6 +439,9 @@ def run(out, program):
                 group = ("matters" if matters(found, right) else "does not matter", row["kind"])
                 if found["prediction"] and (found["second"] or 0.0) > 0.15:
                     harmful.append(row)
+            if "refused" not in found and found["uses"]["physical-values"][0]:
+                far = beyond_truth(recording, found)
+                untrue += [(row, far)] if far else []
             counts.setdefault((*group, recording.name), Counter())[found["answer"]] += 1
             answers.append({**row, **found})
         print(f"{recording.name}: done", file=sys.stderr)
@@ -394,12 +459,20 @@ def run(out, program):
     print(f"\nPrediction allowed, and its error on the second motion above 15 %: {len(harmful)}")
     for row in harmful:
         print(f"- {row['recording']}: {row['kind']} {row['axes']} {row['size']}")
+    print(f"\nPhysical values allowed, and one beyond three combined σ of the truth: {len(untrue)}")
+    for row, far in untrue:
+        print(f"- {row['recording']}: {row['kind']} {row['axes']} {row['size']}: {' '.join(far)}")
 
 
 if __name__ == "__main__":
-    if sys.argv[1:] == ["list"]:
-        write_list()
-    elif sys.argv[1:2] == ["run"] and len(sys.argv) == 4:
-        run(sys.argv[2], str(Path(sys.argv[3]).resolve()))
-    else:
-        sys.exit(__doc__)
+    match sys.argv[1:]:
+        case ["list"]:
+            write_list(recordings())
+        case ["list", "simulated", program]:
+            write_list(simulated(program))
+        case ["run", out, program]:
+            run(out, str(Path(program).resolve()), recordings(), "list.csv")
+        case ["run", out, program, "simulated"]:
+            run(out, str(Path(program).resolve()), simulated(program), "list-simulated.csv")
+        case _:
+            sys.exit(__doc__)
