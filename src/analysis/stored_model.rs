@@ -103,6 +103,14 @@ pub struct StoredModel {
     pub(super) uses: Vec<JudgedUse>,
 }
 
+impl StoredModel {
+    /// Returns the combined standard uncertainty of a parameter, if the result reports it.
+    pub fn combined_deviation(&self, name: &str) -> Option<f64> {
+        let index = self.parameters.iter().position(|(own, _)| own == name)?;
+        self.combined_deviations.get(index).copied().flatten()
+    }
+}
+
 /// Verdict of a stored result on a use.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JudgedUse {

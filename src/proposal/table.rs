@@ -99,7 +99,8 @@ impl TableProposal<'_> {
             return Ok(());
         }
         let axes = self.robot.joints();
-        if self.names.columns.len() < 2 * axes {
+        let texts = self.names.has_text.iter().filter(|is_text| **is_text).count();
+        if self.names.columns.len() < 2 * axes + texts {
             let (file, columns) = (self.file.clone(), self.names.columns.join(" "));
             return Err(ProposalError::NoTable { file, columns, axes });
         }

@@ -117,7 +117,8 @@ pub fn summary(estimate: &Estimate, robot: &Robot) -> String {
             ]
         })
         .collect();
-    let header = ["", "relative error", "rms [N·m]", "Durbin–Watson", "torque delay ± σ [µs]"];
+    let header =
+        ["", "relative error", "rms [N·m]", "Durbin–Watson", "torque delay ± statistical [µs]"];
     let mut text = align_table(&header, &joints);
     if !estimate.convergence.is_empty() {
         text += "\n";

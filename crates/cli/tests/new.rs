@@ -444,6 +444,29 @@ fn lists_are_matched_with_the_names_of_their_joints() {
     }
 }
 
+/// InfluxDB without a pivot: the name of a value is in its row.
+#[test]
+fn a_table_with_one_value_in_each_row_is_named() {
+    let folder = folder(["time", "q1", "q2", "tau1", "tau2"], RAD);
+    let log = folder.path().join("log.csv");
+    let mut table = "#group,false,false,true,true,false,false,true,true\n\
+        #datatype,string,long,dateTime:RFC3339,dateTime:RFC3339,dateTime:RFC3339,double,string,\
+        string\n#default,_result,,,,,,,\n\
+        ,result,table,_start,_stop,_time,_value,_field,_measurement\n"
+        .to_owned();
+    let instant = |second: u32| format!("2023-11-14T22:13:{second:02}Z");
+    for second in 0..50 {
+        for field in ["q1", "q2", "tau1", "tau2"] {
+            let [start, stop, time] = [0, 59, second].map(instant);
+            writeln!(table, ",,0,{start},{stop},{time},0.25,{field},arm").unwrap();
+        }
+    }
+    fs::write(&log, table).unwrap();
+    let made = new(folder.path(), &[]);
+    assert_eq!(made.code, Some(78), "{}", made.stdout);
+    assert!(made.stderr.contains("a pivot"), "{}", made.stderr);
+}
+
 /// Joint states without a header and without efforts: no answer would help.
 #[test]
 fn joint_states_without_efforts_are_named() {

@@ -16,6 +16,8 @@ use didim::analysis::{
 };
 use didim::cell::Cell;
 use didim::report::consistent_summary;
+use didim::text::to_uncertainty;
+use didim_formats::LeftOut;
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
@@ -81,10 +83,25 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         print_note(&format!("note: {NO_FRICTION}\n"));
     }
     for left_out in &exported.left_out {
-        print_note(&format!("left out: {left_out}\n"));
+        print_note(&format!("left out: {}\n", left_out_text(left_out, &model)));
     }
     if let (Some(path), Format::Urdf | Format::Toml) = (out, to) {
         print_note(&NextCommand::new("robot").with_argument(path).to_string());
     }
     Ok(())
+}
+
+/// Largest number of digits of a value that is left out.
+const MAX_DIGITS: usize = 6;
+
+/// Returns a part that the format cannot hold, its value with the digits that its combined
+/// uncertainty allows.
+fn left_out_text(left_out: &LeftOut, model: &StoredModel) -> String {
+    let named = left_out.name.as_deref().zip(left_out.value);
+    let with_deviation =
+        named.and_then(|(name, value)| Some((name, value, model.combined_deviation(name)?)));
+    let Some((name, value, deviation)) = with_deviation else { return left_out.to_string() };
+    let value = to_uncertainty(value, deviation, MAX_DIGITS);
+    let deviation = to_uncertainty(deviation, deviation, 2);
+    format!("{}: {name} = {value} ± {deviation} {} (combined)", left_out.subject(), left_out.unit)
 }

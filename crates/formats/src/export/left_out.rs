@@ -93,10 +93,17 @@ fn unsupported_quantity(
     }
 }
 
+impl LeftOut {
+    /// Returns the quantity and its joint.
+    pub fn subject(&self) -> String {
+        format!("{}, joint {}", self.quantity, self.joint_label)
+    }
+}
+
 impl fmt::Display for LeftOut {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { name, value, unit, quantity, joint_label, .. } = self;
-        write!(f, "{quantity}, joint {joint_label}")?;
+        let Self { name, value, unit, .. } = self;
+        f.write_str(&self.subject())?;
         if let (Some(name), Some(value)) = (name, value) {
             // Six significant digits, without zeros at the end.
             let rounded = format!("{value:.5e}").parse().unwrap_or(*value);

@@ -192,6 +192,8 @@ pub struct TableNames {
     pub units: Vec<String>,
     /// Texts of the first row, by column; empty if the file has types.
     pub first_row: Vec<String>,
+    /// True for each column that cannot be a signal, because it has texts.
+    pub has_text: Vec<bool>,
     /// False if the table has no header. The names are the numbers of the columns, from 1.
     pub has_header: bool,
     /// Side of the transmission, and true if there is a time. `None` if not all columns are didim's
@@ -214,6 +216,7 @@ pub fn list_table(path: &Path) -> Result<TableNames, TableError> {
         seconds_per_unit: seconds,
         units: source.units().to_vec(),
         first_row: source.first_row_texts().to_vec(),
+        has_text: (0..source.names().len()).map(|column| source.has_text(column)).collect(),
         has_header: source.has_header(),
         own_format: standard_side,
     })

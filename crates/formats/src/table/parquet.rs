@@ -161,6 +161,10 @@ impl Source for ParquetTable {
         }
     }
 
+    fn has_text(&self, column: usize) -> bool {
+        matches!(self.column_types.get(column), Some(ColumnType::Other(_)))
+    }
+
     fn first_row(&self) -> RowPlace {
         RowPlace::Row(1)
     }

@@ -21,6 +21,10 @@ pub(super) trait Source {
         &[]
     }
 
+    /// Returns true for a column that cannot be a signal: it has texts and no numbers, as far as
+    /// the first rows show, or neither a name nor values.
+    fn has_text(&self, column: usize) -> bool;
+
     /// Returns false if the columns have numbers from 1 as names.
     fn has_header(&self) -> bool {
         true

@@ -137,6 +137,11 @@ impl Source for TextTable {
         &self.layout.first_row
     }
 
+    fn has_text(&self, column: usize) -> bool {
+        let field = self.layout.columns.get(column).map(|of| of.field);
+        field.and_then(|field| self.layout.is_text.get(field)).copied().unwrap_or(false)
+    }
+
     fn has_header(&self) -> bool {
         self.layout.header_line.is_some()
     }

@@ -50,6 +50,9 @@ pub(super) struct TextLayout {
     pub(super) suffixes: Vec<String>,
     /// Texts of the first row, by column.
     pub(super) first_row: Vec<String>,
+    /// True for each field with texts and no numbers in the sample, or with neither a name nor
+    /// values.
+    pub(super) is_text: Vec<bool>,
 }
 
 /// A line of the sample.
@@ -122,7 +125,21 @@ impl TextLayout {
             ..Self::default()
         };
         layout.add_columns(row, typical_row.map_or(&[], |record| &record.fields));
+        layout.find_texts(records.get(begin..).unwrap_or_default());
         layout
+    }
+
+    /// Finds the fields that have no numbers in these rows.
+    fn find_texts(&mut self, rows: &[SampleRecord]) {
+        let head = joined_names(&self.head);
+        let names = head.as_ref().or(self.head.first());
+        self.is_text = (0..self.field_count)
+            .map(|field| {
+                let name = names.map_or("unnamed", |names| names.get(field).map_or("", |of| of));
+                let values = rows.iter().filter_map(|row| row.fields.get(field));
+                is_text(values.map(String::as_str), !name.is_empty())
+            })
+            .collect();
     }
 
     /// Adds the columns: one for each field, or for each element of a field that is a list.
@@ -326,6 +343,18 @@ fn unit_row(head: &[Vec<String>]) -> Option<&Vec<String>> {
 }
 
 /// Returns true for a number, a number with its unit, or a list of numbers.
+/// Returns true for values with texts and no numbers, or for none at all without a name.
+fn is_text<'a>(values: impl Iterator<Item = &'a str>, is_named: bool) -> bool {
+    let mut is_empty = true;
+    for value in values.filter(|value| !value.is_empty()) {
+        if is_numeric(value) {
+            return false;
+        }
+        is_empty = false;
+    }
+    !is_empty || !is_named
+}
+
 fn is_numeric(field: &str) -> bool {
     match elements(field) {
         Some(parts) => !parts.is_empty() && parts.into_iter().all(is_number),

@@ -208,7 +208,7 @@ const HELP_LINES: [(&str, &str); 14] = [
     ("losses", "frames, cycles and windows that were not used, by cause"),
     ("to buffer", "from the time of a frame to its sample in shared memory"),
     ("to worker", "from there to the worker that identifies"),
-    ("± σ", "one statistical standard deviation, in the unit of the value"),
+    ("± σ stat.", "one statistical standard deviation, in the unit of the value"),
     ("change", "of the value since the baseline"),
     ("band", "how much of its band a parameter uses, and to which side"),
     ("▶ or !", "outside of its band"),

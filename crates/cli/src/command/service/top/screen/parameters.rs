@@ -41,7 +41,7 @@ pub(super) fn lines(
     let bars = drift.is_some() && width >= TABLE_WIDTH;
     let mut heading = format!("{:9}{:>11}", "parameter", "value");
     if width >= WITHOUT_CHANGES {
-        heading += &format!("{:>11}", "± σ");
+        heading += &format!("{:>11}", "± σ stat.");
     }
     if width >= WITHOUT_DEVIATIONS {
         heading += &format!("  {:9}", "unit");
