@@ -52,12 +52,12 @@ ORDER BY cell, time DESC, result DESC;
 -- of the two, and never the scatter divided by the square root of their number. A single result has no scatter.
 CREATE OR REPLACE VIEW didim_day AS
 SELECT cell, robot, method, regrouping, parameter, unit, date_trunc('day', time, 'UTC') AS day,
-    sum(coalesce(results, 1)) AS results,
-    sum(value * coalesce(results, 1)) / sum(coalesce(results, 1)) AS mean,
-    coalesce(stddev_samp(value), max(scatter)) AS scatter,
-    avg(combined_standard_deviation) AS combined_standard_deviation,
-    greatest(stddev_samp(value), max(scatter), avg(combined_standard_deviation)) AS uncertainty,
-    avg(motor_temperature_c) AS motor_temperature_c
-FROM didim_parameter
+    sum(weight) AS results,
+    sum(value * weight) / sum(weight) AS mean,
+    greatest(stddev_samp(value), max(scatter)) AS scatter,
+    sum(combined_standard_deviation * weight) / sum(weight) AS combined_standard_deviation,
+    greatest(stddev_samp(value), max(scatter), sum(combined_standard_deviation * weight) / sum(weight)) AS uncertainty,
+    sum(motor_temperature_c * weight) / sum(weight) FILTER (WHERE motor_temperature_c IS NOT NULL) AS motor_temperature_c
+FROM didim_parameter, coalesce(results, 1) AS weight
 WHERE monitoring AND coalesce(payload_kg, 0) = 0 AND time IS NOT NULL
 GROUP BY cell, robot, method, regrouping, parameter, unit, day;

@@ -28,7 +28,7 @@ pub use excitation::{
 pub use export::{ConsistentError, ConsistentModel, Exported, Format, NO_FRICTION, WriteError};
 pub use gains::{FindGainsError, FoundGain, FoundGains, find_drive_gains};
 pub use payload::{LoadError, find_load};
-pub use recording_file::{RecordingError, read_recording, recording_source};
+pub use recording_file::{RecordingError, check_compression, read_recording, recording_source};
 pub use recordings::identify_recordings;
 pub use result_lines::read_result_line;
 pub use stored_model::{JudgedUse, OTHER_CONFIGURATION, ResultError, StoredModel};

@@ -63,6 +63,19 @@ pub fn recording_source(path: &Path, is_stream: bool, cell: &Cell) -> SignalSour
     own_side(path, cell.columns.as_ref()).map_or(SignalSource::Table, SignalSource::OwnTable)
 }
 
+/// Refuses a log of a bus that is compressed.
+///
+/// # Errors
+/// [`RecordingError::Container`].
+pub fn check_compression(log: &Path) -> Result<(), RecordingError> {
+    if !is_gzip(log) {
+        return Ok(());
+    }
+    let container =
+        format!("this log is compressed by gzip; decompress it: `gunzip -k {}`", log.display());
+    Err(RecordingError::Container { file: log.to_path_buf(), container })
+}
+
 /// Reads a recording. The first bytes identify its format, not the name. The format of a file is:
 ///
 /// - A name that ends in `.csv` or `.csv.gz`, or a Parquet file: a table.
@@ -100,12 +113,6 @@ pub fn read_recording(
     if sample_rate_hz.is_some() {
         return Err(RecordingError::RateOfLog);
     }
-    if is_gzip(path) {
-        let container = "this log is compressed by gzip; decompress it: `gunzip -k FILE`";
-        return Err(RecordingError::Container {
-            file: path.to_path_buf(),
-            container: container.to_owned(),
-        });
-    }
+    check_compression(path)?;
     Ok(read_log(path, cell, interfaces)?)
 }

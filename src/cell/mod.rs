@@ -215,11 +215,6 @@ impl Cell {
         Self::read(path)?.require_decided(path)
     }
 
-    /// Returns true if the cell leaves no choice to the data.
-    pub fn is_decided(&self) -> bool {
-        !self.chooses_cutoff && !self.chooses_friction
-    }
-
     /// Returns the cell if it leaves no choice to the data; `path` is its file.
     ///
     /// # Errors

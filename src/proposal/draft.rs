@@ -43,21 +43,17 @@ pub struct Proposal {
 /// A unit that every quantity may have.
 const ANY_UNIT: &str = "{ name = \"any\", si = 1.0 }";
 
-/// Valid values of open keys, by which the other values are checked. The rate is the highest one,
-/// which allows every cut-off.
-const VALID_VALUES: [(&str, &str); 17] = [
-    ("data.bag.effort.per_ampere", "1.0"),
-    ("data.bag.effort.sign", "1.0"),
-    ("data.bag.effort.unit", ANY_UNIT),
-    ("data.bag.topic", "\"?\""),
-    ("data.position.column", "\"?{axis}\""),
+/// Valid values of open keys of a table, with which the other values are checked. The rate is the
+/// highest one, which allows every cut-off.
+const VALID_VALUES: [(&str, &str); 13] = [
+    ("data.position.column", "\"q{axis}\""),
     ("data.position.unit", ANY_UNIT),
     ("data.rate_hz", "20000.0"),
     ("data.reference.unit", ANY_UNIT),
     ("data.side", "\"joint\""),
-    ("data.time.column", "\"?\""),
+    ("data.time.column", "\"t\""),
     ("data.time.unit", "\"s\""),
-    ("data.torque.column", "\"?{axis}\""),
+    ("data.torque.column", "\"tau{axis}\""),
     ("data.torque.per_ampere", "1.0"),
     ("data.torque.sign", "1.0"),
     ("data.torque.unit", ANY_UNIT),
@@ -316,6 +312,14 @@ impl Proposal {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn valid_values_are_not_open() {
+        for (key, value) in VALID_VALUES {
+            let value = parse_value(value).unwrap_or_else(|| panic!("{key}: {value}"));
+            assert!(!value.to_string().contains(MISSING_VALUE), "{key}: {value}");
+        }
+    }
 
     #[test]
     fn a_key_without_an_axis_answers_for_all_drives() {

@@ -53,6 +53,31 @@ pub enum ProposalError {
         /// Number of joints of the robot.
         axes: usize,
     },
+    /// Too few columns have numbers.
+    #[error(
+        "{}: {axes} joints need as many columns of positions and of torques, and these have no \
+        numbers: {texts}. Leave a missing value empty; a table with one value in each row needs a \
+        row for each time first (a pivot, in InfluxDB and pandas)",
+        file.display()
+    )]
+    Texts {
+        /// The file.
+        file: PathBuf,
+        /// Columns without numbers, each with its first text.
+        texts: String,
+        /// Number of joints of the robot.
+        axes: usize,
+    },
+    /// An answer has too few or too many columns.
+    #[error("`{key}`: give a column for each of the {axes} axes, not {count}")]
+    ColumnCount {
+        /// Key of the answer.
+        key: String,
+        /// Number of its columns.
+        count: usize,
+        /// Number of joints of the robot.
+        axes: usize,
+    },
     /// The table has no such column.
     #[error("{}: no column `{column}`; available: {available}", file.display())]
     NoColumn {
@@ -65,8 +90,9 @@ pub enum ProposalError {
     },
     /// The rows have the names of the joints, and no torques.
     #[error(
-        "{}: its rows are joint states without efforts, and without torques nothing is \
-        identified. Record a topic with efforts or currents",
+        "{}: its rows seem to be joint states without efforts, and without torques nothing is \
+        identified. Record a topic with efforts or currents; if there are torques, number their \
+        columns with --set data.torque.columns=[…]",
         file.display()
     )]
     NoEfforts {

@@ -325,17 +325,24 @@ pub(super) fn column_groups(
     let order = patterns
         .iter()
         .find_map(|(pattern, count)| joint_order(&pattern_texts(table, pattern, *count), joints));
-    let order = order.or_else(|| {
-        table.first_row.iter().find_map(|text| joint_order(&listed_texts(text), joints))
-    });
-    let mut groups: Vec<ColumnGroup> = match order {
-        None => numbered_groups(columns, axes),
+    let in_lists = ListedNames::find(table, joints, &patterns);
+    let mut groups: Vec<ColumnGroup> = match (order, in_lists) {
         // The names of the joints are no signals.
-        Some((order, listed)) => (patterns.into_iter())
-            .filter(|(pattern, count)| *count == listed && column_meaning(pattern).is_some())
-            .map(|(pattern, _)| order.iter().map(|at| axis_name(&pattern, *at)).collect())
-            .map(ColumnGroup::Named)
-            .collect(),
+        (Some((order, listed)), _) => in_order(&patterns, &order, listed).collect(),
+        (None, ListedNames::None) => numbered_groups(columns, axes),
+        (None, ListedNames::Ordered(order, listed)) => {
+            let (elements, others): (Vec<_>, Vec<_>) =
+                patterns.into_iter().partition(|(pattern, _)| is_of_list(pattern));
+            let others = others.into_iter().filter(|(_, count)| *count == axes);
+            let others = others.map(|(pattern, _)| ColumnGroup::Numbered(pattern));
+            in_order(&elements, &order, listed).chain(others).collect()
+        }
+        // Their order is not known.
+        (None, ListedNames::Unknown) => {
+            let mut numbered = numbered_groups(columns, axes);
+            numbered.retain(|group| !is_of_list(group.name()));
+            numbered
+        }
     };
     groups.extend(repeated_names(columns, axes));
     let Some(first) = joints.first() else { return groups };
@@ -398,16 +405,68 @@ fn pattern_texts(table: &TableNames, pattern: &str, count: usize) -> Vec<String>
     columns.filter_map(|column| table.first_row.get(column).cloned()).collect()
 }
 
-/// Returns the texts of a list in one field, as `['elbow', 'shoulder']`.
+/// Returns the groups of several patterns with as many columns as a list has names, in an order.
+fn in_order<'p>(
+    patterns: &'p [(String, usize)],
+    order: &'p [usize],
+    listed: usize,
+) -> impl Iterator<Item = ColumnGroup> + 'p {
+    patterns
+        .iter()
+        .filter(move |(pattern, count)| *count == listed && column_meaning(pattern).is_some())
+        .map(|(pattern, _)| order.iter().map(|at| axis_name(pattern, *at)).collect())
+        .map(ColumnGroup::Named)
+}
+
+/// Returns true for the elements of lists in a field.
+fn is_of_list(pattern: &str) -> bool {
+    pattern.ends_with(&format!("[{INDEX_PLACEHOLDER}]"))
+}
+
+/// Names of joints that stand as a list in one field.
+enum ListedNames {
+    /// There is no list of names.
+    None,
+    /// Place of each joint of the arm in the list, and its length.
+    Ordered(Vec<usize>, usize),
+    /// The list has other names.
+    Unknown,
+}
+
+impl ListedNames {
+    fn find(table: &TableNames, joints: &[String], patterns: &[(String, usize)]) -> Self {
+        let lists = table.first_row.iter().map(|text| listed_texts(text));
+        let lists: Vec<Vec<String>> = lists.filter(|list| !list.is_empty()).collect();
+        match lists.iter().find_map(|list| joint_order(list, joints)) {
+            Some((order, listed)) => Self::Ordered(order, listed),
+            None => {
+                let is_named = |(pattern, count): &(String, usize)| {
+                    is_of_list(pattern) && lists.iter().any(|list| list.len() == *count)
+                };
+                if patterns.iter().any(is_named) { Self::Unknown } else { Self::None }
+            }
+        }
+    }
+}
+
+/// Returns the texts of a list in one field, as `['elbow', 'shoulder']`; none for numbers.
 fn listed_texts(field: &str) -> Vec<String> {
-    let inside = field.trim().strip_prefix('[').and_then(|rest| rest.strip_suffix(']'));
-    let parts = inside.into_iter().flat_map(|list| list.split(','));
-    parts.map(|part| part.trim().trim_matches(['\'', '"']).to_owned()).collect()
+    let field = field.trim();
+    let brackets = [('[', ']'), ('(', ')')].into_iter();
+    let mut inside = brackets.filter_map(|(begin, end)| {
+        let (from, to) = (field.find(begin)?, field.rfind(end)?);
+        (field.ends_with([end, ')']) && from < to).then(|| &field[from + 1..to])
+    });
+    let list = inside.next().unwrap_or_default();
+    let quoted = list.split(['\'', '"']).skip(1).step_by(2).map(str::to_owned);
+    quoted.collect()
 }
 
 /// Returns the place of each joint in a list of names, and the length of the list.
 fn joint_order(texts: &[String], joints: &[String]) -> Option<(Vec<usize>, usize)> {
-    let place = |joint| texts.iter().position(|text| text == joint);
+    // Drivers put the name of the arm before that of the joint: `arm/elbow`.
+    let name = |text: &'_ String| text.rsplit('/').next().unwrap_or_default().to_owned();
+    let place = |joint: &String| texts.iter().position(|text| name(text) == *joint);
     let order: Vec<usize> = joints.iter().map(place).collect::<Option<_>>()?;
     (!order.is_empty()).then_some((order, texts.len()))
 }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use didim_dynamics::robot::JointKind;
-use didim_formats::{AxisColumns, Columns, Side, TableNames, read_rows};
+use didim_formats::{AxisColumns, Columns, Side, TableError, TableNames, read_rows};
 
 use super::draft::Draft;
 use super::evidence::{Evidence, ProposalError};
@@ -99,12 +99,23 @@ impl TableProposal<'_> {
             return Ok(());
         }
         let axes = self.robot.joints();
-        let texts = self.names.has_text.iter().filter(|is_text| **is_text).count();
-        if self.names.columns.len() < 2 * axes + texts {
+        if self.names.columns.len() < 2 * axes {
             let (file, columns) = (self.file.clone(), self.names.columns.join(" "));
             return Err(ProposalError::NoTable { file, columns, axes });
         }
-        if lacks_efforts(self.names, &self.joints) {
+        let columns = self.names.columns.iter().zip(&self.names.first_row);
+        let texts: Vec<String> = (columns.zip(&self.names.has_text))
+            .filter(|(_, has_text)| **has_text)
+            .map(|((column, text), _)| format!("`{column}` ({text:?})"))
+            .collect();
+        if self.names.columns.len() < 2 * axes + texts.len() {
+            let (file, texts) = (self.file.clone(), texts.join(", "));
+            return Err(ProposalError::Texts { file, texts, axes });
+        }
+        let is_answered = |key: &str| draft.answer(&format!("data.torque.{key}")).is_some();
+        if !["column", "columns"].into_iter().any(is_answered)
+            && lacks_efforts(self.names, &self.joints)
+        {
             return Err(ProposalError::NoEfforts { file: self.file.clone() });
         }
         let groups = column_groups(self.names, axes, &self.joints);
@@ -174,6 +185,24 @@ impl TableProposal<'_> {
         })
     }
 
+    /// Returns true unless the table lacks one of these columns.
+    fn is_read_with(&self, group: &ColumnGroup) -> bool {
+        let axis_columns =
+            |names| AxisColumns { names, scales: Vec::new(), zeros: Vec::new(), wraps: Vec::new() };
+        let columns = Columns {
+            side: Side::Joint,
+            axes: self.robot.joints(),
+            time: None,
+            position: axis_columns(group.names()),
+            torque: axis_columns(Vec::new()),
+            reference: None,
+        };
+        !matches!(
+            read_rows(self.file, Some(&columns)),
+            Err(TableError::NoSuchColumn { .. } | TableError::NoHeader { .. })
+        )
+    }
+
     /// Checks that the table has the columns of an answer, by their names or numbers.
     fn check_columns(&self, group: ColumnGroup) -> Result<ColumnGroup, ProposalError> {
         let columns = &self.names.columns;
@@ -190,9 +219,11 @@ impl TableProposal<'_> {
         };
         match names.into_iter().find(|name| !is_there(name)) {
             None => Ok(group),
+            // The header may be found only with the wanted names.
+            Some(_) if self.is_read_with(&group) => Ok(group),
             Some(column) => {
-                let mut available = columns.iter().take(MAX_LISTED_COLUMNS).map(String::as_str);
-                let available = available.by_ref().collect::<Vec<_>>().join(" ");
+                let available = columns.iter().take(MAX_LISTED_COLUMNS).map(String::as_str);
+                let available = available.collect::<Vec<_>>().join(" ");
                 let more = if columns.len() > MAX_LISTED_COLUMNS { " …" } else { "" };
                 let (file, available) = (self.file.clone(), available + more);
                 Err(ProposalError::NoColumn { file, column, available })
@@ -294,15 +325,24 @@ impl TableProposal<'_> {
         what: &str,
         found: Result<ColumnGroup, String>,
     ) -> Result<Result<ColumnGroup, String>, ProposalError> {
-        if let Some(pattern) = draft.answered_text(&format!("data.{what}.column")) {
+        let key = format!("data.{what}.column");
+        if let Some(pattern) = draft.answered_text(&key).filter(|text| text != MISSING_VALUE) {
             return self.check_columns(ColumnGroup::Numbered(pattern)).map(Ok);
+        }
+        // The number of the column of a single axis.
+        if let Some(toml::Value::Integer(number)) = draft.answer(&key) {
+            let group = ColumnGroup::ByNumber(what.to_owned(), vec![number.to_string()]);
+            return self.check_columns(group).map(Ok);
         }
         if let Some(names) = draft.answered_columns(&format!("data.{what}.columns")) {
             let (count, axes) = (names.len(), self.robot.joints());
-            let wrong = || format!("`columns` has {count} names for {axes} axes");
             let is_number = |name: &String| name.parse::<u16>().is_ok();
             return match names.iter().all(is_number) {
-                _ if count != axes => Ok(Err(wrong())),
+                _ if count != axes => Err(ProposalError::ColumnCount {
+                    key: format!("data.{what}.columns"),
+                    count,
+                    axes,
+                }),
                 true => self.check_columns(ColumnGroup::ByNumber(what.to_owned(), names)).map(Ok),
                 false => self.check_columns(ColumnGroup::Named(names)).map(Ok),
             };

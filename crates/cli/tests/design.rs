@@ -115,6 +115,7 @@ fn no_motion_is_designed_with_limits_that_are_open() {
     let robot = repository("config/robots/tx40.toml");
     let refused = didim(&[&"design", &"--robot", &robot, &"--duration", &"601", &"--out", &out]);
     assert_eq!(refused.code, Some(2), "{refused:?}");
+    assert!(refused.stderr.contains("600 s"), "{refused:?}");
 }
 
 #[test]

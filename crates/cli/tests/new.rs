@@ -369,7 +369,7 @@ fn a_time_that_no_name_shows_has_the_unit_in_its_name() {
     }
 }
 
-/// Whatever is open, an answer that no cell can have is refused, and nothing is written.
+/// Whatever is open of a table, an answer that no cell can have is refused, and nothing is written.
 #[test]
 fn a_wrong_answer_is_refused_while_others_are_open() {
     let folder = folder(["time", "q1", "q2", "tau1", "tau2"], RAD);
@@ -393,6 +393,8 @@ fn a_wrong_answer_is_refused_while_others_are_open() {
         assert_eq!(made.code, Some(78), "{answer}: {}", made.stdout);
         assert!(made.stderr.contains("available: mode time q1"), "{answer}: {}", made.stderr);
     }
+    let made = new(folder.path(), &["--set", "data.position.column=[q1]"]);
+    assert!(made.stderr.contains("each of the 2 axes, not 1"), "{}", made.stderr);
     // What is open stays open.
     let made = new(folder.path(), &["--set", "identification.position_filter.cutoff_hz=60"]);
     assert_eq!(made.code, Some(0), "{}", made.stderr);
@@ -467,6 +469,64 @@ fn a_table_with_one_value_in_each_row_is_named() {
     assert!(made.stderr.contains("a pivot"), "{}", made.stderr);
 }
 
+/// Names as a list in another form, below the first row, or of another arm; and a list of names
+/// next to columns with numbers.
+#[test]
+fn lists_of_names_have_several_forms() {
+    let folder = folder(["time", "q1", "q2", "tau1", "tau2"], RAD);
+    let log = folder.path().join("log.csv");
+    let text = fs::read_to_string(&log).unwrap();
+    let reversed = "data.position.columns = [\"position[1]\", \"position[0]\"]";
+    for (names, first, expected) in [
+        ("('elbow', 'shoulder')", false, reversed),
+        ("['elbow' 'shoulder']", false, reversed),
+        ("['arm/elbow', 'arm/shoulder']", false, reversed),
+        ("['elbow', 'shoulder']", true, reversed),
+        ("['joint_a', 'joint_b']", false, "missing  data.position.column"),
+    ] {
+        let mut table = "time,names,position,effort\n".to_owned();
+        if first {
+            table += "0,,,\n";
+        }
+        for line in text.lines().skip(1) {
+            let fields: Vec<&str> = line.split(',').collect();
+            let [_, time, q1, q2, tau1, tau2] = fields[..] else { panic!("{line}") };
+            writeln!(table, "{time},\"{names}\",\"[{q2}, {q1}]\",\"[{tau2}, {tau1}]\"").unwrap();
+        }
+        fs::write(&log, table).unwrap();
+        let made = new(folder.path(), &[]);
+        assert_eq!(made.code, Some(0), "{names}: {}", made.stderr);
+        assert!(made.stdout.contains(expected), "{names}: {}", made.stdout);
+        fs::remove_file(folder.path().join("cell.toml")).unwrap();
+    }
+    // Modes are no order of the columns.
+    let lines = text.lines().map(|line| match line.split_once(',') {
+        Some(("mode", rest)) => format!("active,{rest}\n"),
+        Some((_, rest)) => format!("\"['elbow', 'shoulder']\",{rest}\n"),
+        None => panic!("{line}"),
+    });
+    fs::write(&log, lines.collect::<String>()).unwrap();
+    let made = new(folder.path(), &[]);
+    assert!(made.stdout.contains("data.position.column = \"q{axis}\""), "{}", made.stdout);
+}
+
+/// Two columns of times, of which one has to be chosen: the rest is written.
+#[test]
+fn an_open_time_is_no_mistake() {
+    let folder = folder(["time", "q1", "q2", "tau1", "tau2"], RAD);
+    let log = folder.path().join("log.csv");
+    let text = fs::read_to_string(&log).unwrap();
+    let mut lines = text.lines();
+    let mut table = format!("timestamp,{}\n", lines.next().unwrap());
+    for line in lines {
+        writeln!(table, "{},{line}", line.split(',').nth(1).unwrap()).unwrap();
+    }
+    fs::write(&log, table).unwrap();
+    let made = new(folder.path(), &[]);
+    assert_eq!(made.code, Some(0), "{}", made.stderr);
+    assert!(made.stdout.contains("missing  data.time.column"), "{}", made.stdout);
+}
+
 /// Joint states without a header and without efforts: no answer would help.
 #[test]
 fn joint_states_without_efforts_are_named() {
@@ -484,6 +544,12 @@ fn joint_states_without_efforts_are_named() {
     }
     fs::write(&log, rows(",0.1,0.2,3.0,4.0")).unwrap();
     assert_eq!(new(folder.path(), &[]).code, Some(0));
+    // The second list is of torques.
+    fs::remove_file(folder.path().join("cell.toml")).unwrap();
+    fs::write(&log, rows(",0.1,0.2")).unwrap();
+    let answers = ["--set", "data.position.columns=[6,7]", "--set", "data.torque.columns=[8,9]"];
+    let made = new(folder.path(), &answers);
+    assert_eq!(made.code, Some(0), "{}", made.stderr);
 }
 
 /// An answer settles what follows from it, so it is asked first.
@@ -914,7 +980,7 @@ fn what_cannot_be_done_is_said() {
     says(&["--set", "urdf"], 2, "has to be KEY=VALUE", &folder);
     // Answers of another length or type: asked again, or refused by the cell that comes of them.
     let columns = "data.position.columns=[\"q1\", \"q2\", \"time\"]";
-    says(&["--set", columns], 78, "is not a key of this cell", &folder);
+    says(&["--set", columns], 78, "each of the 2 axes, not 3", &folder);
     // A log that is none, or runs backwards.
     let log = folder.path().join("log.csv");
     let table = fs::read_to_string(&log).unwrap();

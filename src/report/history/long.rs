@@ -135,11 +135,19 @@ fn columns<'a>(
             "note",
             text(|row| row.line.note.as_ref().and_then(|note| note.text.as_deref()).unwrap_or("")),
         ),
-        ("motor_temperature_c", number(|row| row.line.readings.mean_temperature_c())),
+        ("motor_temperature_c", number(motor_temperature_c)),
     ];
     let column = |(name, values)| LongColumn { name, values };
     let before = of_result.map(column).into_iter();
     before.chain(of_parameters).chain(of_verdict.map(column)).collect()
+}
+
+/// Returns the mean temperature of the motors, or the median of a day.
+fn motor_temperature_c(row: &ResultRow<'_>) -> Option<f64> {
+    match &row.line.day {
+        Some(day) => day.temperature_c,
+        None => row.line.readings.mean_temperature_c(),
+    }
 }
 
 /// A parameter of a result, with the standard deviation between the results of a day.

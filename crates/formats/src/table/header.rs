@@ -173,6 +173,11 @@ fn find_column(source: &dyn Source, name: &str, path: &Path) -> Result<usize, Ta
     }
 }
 
+/// Returns the side that didim's own name of a column has. `None` for another name.
+pub(super) fn own_side_of_name(name: &str) -> Option<Option<Side>> {
+    parse_name(name).map(|(side, _)| side)
+}
+
 fn parse_name(name: &str) -> Option<(Option<Side>, Column)> {
     if name == TIME_COLUMN {
         return Some((None, Column::Time));

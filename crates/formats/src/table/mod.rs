@@ -25,7 +25,7 @@ mod utf16;
 mod write;
 
 use std::fs::File;
-use std::io::{BufRead, BufReader};
+use std::io::{BufRead, BufReader, Read as _};
 use std::path::Path;
 
 use flate2::bufread::MultiGzDecoder;
@@ -130,11 +130,24 @@ fn own_header(source: &dyn Source, path: &Path, columns: Option<&Columns>) -> Op
 }
 
 /// Returns the side of a table that [`read_table`] reads by didim's own columns. `None` for others,
-/// and for a file that cannot be read.
+/// for a file without a header in its first line, and for one that cannot be read.
 pub fn own_side(path: &Path, columns: Option<&Columns>) -> Option<Side> {
-    let source = open(path, columns).ok()?;
-    own_header(source.as_ref(), path, columns).map(|header| header.side)
+    let mut begin = Vec::new();
+    File::open(path).ok()?.take(FIRST_LINE).read_to_end(&mut begin).ok()?;
+    let text = str::from_utf8(begin.split(|byte| *byte == b'\n').next()?).ok()?;
+    let configured = columns.map(Columns::all_names).unwrap_or_default();
+    let mut own_side = None;
+    for name in text.trim().split(',').map(|name| name.trim().trim_matches('"')) {
+        if configured.iter().any(|of| of == name) {
+            return None;
+        }
+        own_side = own_side.or(header::own_side_of_name(name)?);
+    }
+    own_side
 }
+
+/// Number of bytes in which a header of didim's own columns ends.
+const FIRST_LINE: u64 = 4096;
 
 /// First bytes of a gzip file (RFC 1952).
 const GZIP_MAGIC: [u8; 2] = [0x1f, 0x8b];

@@ -85,7 +85,10 @@ impl TextLayout {
             let fields = if separator == b' ' { 0 } else { layout.field_count };
             ((matching, numbers, fields), layout)
         });
-        layouts.max_by_key(|(fit, _)| *fit).map(|(_, layout)| layout).unwrap_or_default()
+        let mut layout =
+            layouts.max_by_key(|(fit, _)| *fit).map(|(_, layout)| layout).unwrap_or_default();
+        layout.find_texts(sample);
+        layout
     }
 
     fn with_separator(sample: &[u8], separator: u8, wanted: &[&str]) -> Self {
@@ -125,12 +128,14 @@ impl TextLayout {
             ..Self::default()
         };
         layout.add_columns(row, typical_row.map_or(&[], |record| &record.fields));
-        layout.find_texts(records.get(begin..).unwrap_or_default());
         layout
     }
 
-    /// Finds the fields that have no numbers in these rows.
-    fn find_texts(&mut self, rows: &[SampleRecord]) {
+    /// Finds the fields that have no numbers in the rows of the sample.
+    fn find_texts(&mut self, sample: &[u8]) {
+        let records = sample_records(sample, self.separator);
+        let begin = records.iter().position(|record| record.place >= self.records_before);
+        let rows = &records[begin.unwrap_or(records.len())..];
         let head = joined_names(&self.head);
         let names = head.as_ref().or(self.head.first());
         self.is_text = (0..self.field_count)
@@ -140,6 +145,14 @@ impl TextLayout {
                 is_text(values.map(String::as_str), !name.is_empty())
             })
             .collect();
+        // Texts may begin below the first row.
+        for (column, text) in self.columns.iter().zip(&mut self.first_row) {
+            let values = || rows.iter().filter_map(|row| row.fields.get(column.field));
+            if text.is_empty() && self.is_text[column.field] {
+                let first = values().find(|value| !value.is_empty());
+                *text = first.cloned().unwrap_or_default();
+            }
+        }
     }
 
     /// Adds the columns: one for each field, or for each element of a field that is a list.
@@ -342,7 +355,6 @@ fn unit_row(head: &[Vec<String>]) -> Option<&Vec<String>> {
     says.or_else(|| below.first().filter(|_| below.len() == 1))
 }
 
-/// Returns true for a number, a number with its unit, or a list of numbers.
 /// Returns true for values with texts and no numbers, or for none at all without a name.
 fn is_text<'a>(values: impl Iterator<Item = &'a str>, is_named: bool) -> bool {
     let mut is_empty = true;
@@ -355,6 +367,7 @@ fn is_text<'a>(values: impl Iterator<Item = &'a str>, is_named: bool) -> bool {
     !is_empty || !is_named
 }
 
+/// Returns true for a number, a number with its unit, or a list of numbers.
 fn is_numeric(field: &str) -> bool {
     match elements(field) {
         Some(parts) => !parts.is_empty() && parts.into_iter().all(is_number),

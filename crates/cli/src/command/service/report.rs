@@ -80,7 +80,7 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
     }
     let recordings = cell.service.recordings.clone().unwrap_or_default().folder(folder);
     let recording = kept_result(&recordings, number);
-    let reproduced = match recording.filter(|_| is_of_cell && cell.is_decided()) {
+    let reproduced = match recording.filter(|_| is_of_cell) {
         Some(recording) => reproduce(&cell, &recording, &record)?,
         None => None,
     };

@@ -207,7 +207,7 @@ impl Reason {
             }
             Self::WrongSigns { negative, of } => Facts::new(None, share(*negative, *of), "1"),
             Self::WrongSignsOfJoint { joint, negative, .. } => {
-                Facts::of_joint(*joint, share(*negative, 1), "1")
+                Facts::of_joint(*joint, count(*negative), "1")
             }
             Self::Alternative { found, evidence, .. } => of_alternative(found, *evidence),
             Self::UnsignedTorque { motors } => Facts::about(Subject::Motors(motors.clone())),
@@ -348,9 +348,13 @@ fn of_alternative(found: &Alternative, evidence: Option<Evidence>) -> Facts {
     facts.by_test(evidence.and_then(|of| of.significance))
 }
 
-#[expect(clippy::cast_precision_loss, reason = "rows and parameters are far fewer than 2^52")]
 fn share(some: usize, of: usize) -> f64 {
-    some as f64 / of as f64
+    count(some) / count(of)
+}
+
+#[expect(clippy::cast_precision_loss, reason = "rows and parameters are far fewer than 2^52")]
+fn count(number: usize) -> f64 {
+    number as f64
 }
 
 fn clipped(found: &ClippedSignal) -> Facts {

@@ -54,9 +54,8 @@ pub struct CutoffSearch {
     /// Lowest and highest candidate, as multiples of the parallel filter's cut-off \[1\].
     /// Convention: the motion lies within this range.
     pub range: [f64; 2],
-    /// Highest candidate, as a share of the sample rate \[1\]. Derived: above it, a comparison with
-    /// a filter of 1.5 times its cut-off would reach 0.8 of half the sample rate, and its effect
-    /// could not be checked.
+    /// Highest candidate, as a share of the sample rate \[1\]. Derived: above it, noise dominates
+    /// the accelerations from differences.
     pub highest_share: f64,
     /// Largest increase over the smallest held-out error that still counts as equal, relative to
     /// that error \[1\]. Convention.
@@ -68,7 +67,7 @@ impl Default for CutoffSearch {
         Self {
             candidates_of_decade: vec![1.0, 1.5, 2.0, 3.0, 5.0, 7.0],
             range: [0.1, 20.0],
-            highest_share: 0.8 * 0.5 / 1.5,
+            highest_share: 0.35,
             tie_tolerance: 0.01,
         }
     }
