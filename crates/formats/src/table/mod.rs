@@ -219,7 +219,8 @@ pub struct TableNames {
 /// # Errors
 /// See [`TableError`].
 pub fn list_table(path: &Path) -> Result<TableNames, TableError> {
-    let source = open(path, None)?;
+    let mut source = open(path, None)?;
+    source.find_texts();
     let columns = source.names().to_vec();
     let seconds = (0..columns.len()).map(|column| source.seconds_per_unit(column)).collect();
     let standard_side =

@@ -21,6 +21,9 @@ pub(super) trait Source {
         &[]
     }
 
+    /// Looks for texts in the first rows, before the rows are read.
+    fn find_texts(&mut self) {}
+
     /// Returns true for a column that cannot be a signal: it has texts and no numbers, as far as
     /// the first rows show, or neither a name nor values.
     fn has_text(&self, column: usize) -> bool;

@@ -137,6 +137,11 @@ impl Source for TextTable {
         &self.layout.first_row
     }
 
+    fn find_texts(&mut self) {
+        let (begin, _) = self.reader.get_ref().get_ref();
+        self.layout.find_texts(begin.get_ref());
+    }
+
     fn has_text(&self, column: usize) -> bool {
         let field = self.layout.columns.get(column).map(|of| of.field);
         field.and_then(|field| self.layout.is_text.get(field)).copied().unwrap_or(false)

@@ -51,7 +51,7 @@ pub(super) struct TextLayout {
     /// Texts of the first row, by column.
     pub(super) first_row: Vec<String>,
     /// True for each field with texts and no numbers in the sample, or with neither a name nor
-    /// values.
+    /// values. Empty until [`find_texts`](Self::find_texts).
     pub(super) is_text: Vec<bool>,
 }
 
@@ -85,10 +85,7 @@ impl TextLayout {
             let fields = if separator == b' ' { 0 } else { layout.field_count };
             ((matching, numbers, fields), layout)
         });
-        let mut layout =
-            layouts.max_by_key(|(fit, _)| *fit).map(|(_, layout)| layout).unwrap_or_default();
-        layout.find_texts(sample);
-        layout
+        layouts.max_by_key(|(fit, _)| *fit).map(|(_, layout)| layout).unwrap_or_default()
     }
 
     fn with_separator(sample: &[u8], separator: u8, wanted: &[&str]) -> Self {
@@ -131,8 +128,9 @@ impl TextLayout {
         layout
     }
 
-    /// Finds the fields that have no numbers in the rows of the sample.
-    fn find_texts(&mut self, sample: &[u8]) {
+    /// Finds the fields that have no numbers in the rows of the sample, which takes as long as
+    /// finding the layout.
+    pub(super) fn find_texts(&mut self, sample: &[u8]) {
         let records = sample_records(sample, self.separator);
         let begin = records.iter().position(|record| record.place >= self.records_before);
         let rows = &records[begin.unwrap_or(records.len())..];
