@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use didim_dynamics::robot::JointKind;
-use didim_formats::{AxisColumns, Columns, Side, TableError, TableNames, read_rows};
+use didim_formats::{AxisColumns, Columns, Side, TableError, TableNames, list_names, read_rows};
 
 use super::draft::Draft;
 use super::evidence::{Evidence, ProposalError};
@@ -24,8 +24,6 @@ const SECTION_NAME: &str = "data";
 /// Largest plausible current of a joint's drive \[A\]. Convention: far above the peak current of
 /// any servo drive of an arm, and far below a thousand times that of a small one.
 const MAX_CURRENT_A: f64 = 500.0;
-/// Largest number of columns that an error lists.
-const MAX_LISTED_COLUMNS: usize = 24;
 /// Last words of a name that denote its unit.
 const POSITION_UNIT_WORDS: &[(&str, &str)] = &[
     ("rad", "rad"),
@@ -222,10 +220,7 @@ impl TableProposal<'_> {
             // The header may be found only with the wanted names.
             Some(_) if self.is_read_with(&group) => Ok(group),
             Some(column) => {
-                let available = columns.iter().take(MAX_LISTED_COLUMNS).map(String::as_str);
-                let available = available.collect::<Vec<_>>().join(" ");
-                let more = if columns.len() > MAX_LISTED_COLUMNS { " …" } else { "" };
-                let (file, available) = (self.file.clone(), available + more);
+                let (file, available) = (self.file.clone(), list_names(columns));
                 Err(ProposalError::NoColumn { file, column, available })
             }
         }

@@ -107,8 +107,8 @@ pub use record::{Piece, Record};
 pub use row_times::{join_times, mean_rate_hz};
 pub use start::RecordingStart;
 pub use table::{
-    RowPlace, SignalArrays, Table, TableError, TableNames, is_gzip, is_parquet, list_table,
-    own_side, read_csv, read_rows, read_table, write_csv,
+    RowPlace, SignalArrays, Table, TableError, TableNames, is_gzip, is_parquet, list_names,
+    list_table, own_side, read_csv, read_rows, read_table, write_csv,
 };
 pub use text_kind::TextKind;
 pub use time_limits::TimeLimits;

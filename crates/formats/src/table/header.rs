@@ -144,6 +144,13 @@ impl Header {
     }
 }
 
+/// Lists the first names of a table for an error.
+pub fn list_names(names: &[String]) -> String {
+    let more = if names.len() > MAX_LISTED_NAMES { " …" } else { "" };
+    let listed = names.iter().take(MAX_LISTED_NAMES).map(String::as_str);
+    listed.collect::<Vec<_>>().join(" ") + more
+}
+
 /// Returns the index of a column by its name. A name that no column has may be its number, from 1.
 fn find_column(source: &dyn Source, name: &str, path: &Path) -> Result<usize, TableError> {
     let names = source.names();
@@ -164,9 +171,7 @@ fn find_column(source: &dyn Source, name: &str, path: &Path) -> Result<usize, Ta
                     let found = source.first_row_texts().first().cloned().unwrap_or_default();
                     return TableError::NoHeader { file, found };
                 }
-                let more = if names.len() > MAX_LISTED_NAMES { " …" } else { "" };
-                let listed = names.iter().take(MAX_LISTED_NAMES).map(String::as_str);
-                let available = listed.collect::<Vec<_>>().join(" ") + more;
+                let available = list_names(names);
                 TableError::NoSuchColumn { file, column, available }
             })
         }

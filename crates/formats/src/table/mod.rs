@@ -50,6 +50,7 @@ use error::unit_of_time;
 
 pub use arrays::SignalArrays;
 pub use error::TableError;
+pub use header::list_names;
 pub use place::RowPlace;
 pub use rows::Table;
 pub use write::write_csv;
