@@ -122,9 +122,8 @@ impl VerdictLimits {
         };
         let (delays, others): (Vec<_>, Vec<_>) =
             estimate.nuisance_parameters.iter().partition(|found| found.is_delay());
-        let is_tested =
-            |of: &&NuisanceEstimate| of.quantity.is_some() && !of.nuisance.is_ambiguous();
-        let tests = estimate.nuisance_parameters.iter().filter(is_tested).count();
+        let nuisance = estimate.nuisance_parameters.iter();
+        let tests = nuisance.filter(|found| can_be_contradicted(found)).count();
         let mut found = known.explanations.clone();
         found.extend(coupling_behind_gains(known.context, (&others, tests), &found));
         let others = others.into_iter().filter(|of| !follows_from(of, &found));
@@ -474,14 +473,20 @@ fn contact_detection(quantiles: &[ResidualQuantiles]) -> Criteria {
     Criteria { figure: largest(&of_999), unit: "N·m", limit: None, failing }
 }
 
+/// Returns true for a configured value that the data can contradict: they determine it, and no other
+/// cause leaves the same torques.
+fn can_be_contradicted(found: &NuisanceEstimate) -> bool {
+    found.quantity.is_some() && !found.nuisance.is_ambiguous()
+}
+
 /// Returns reasons for configured values that the data contradict, the largest torques first.
 /// `tests` is the number of values that they can contradict.
 fn contradicted<'a>(
     freedoms: impl IntoIterator<Item = &'a NuisanceEstimate>,
     tests: usize,
 ) -> impl Iterator<Item = Reason> {
-    let is_cause = |of: &&NuisanceEstimate| !of.nuisance.is_ambiguous();
-    freedoms.into_iter().filter(is_cause).filter_map(move |found| {
+    let tested = freedoms.into_iter().filter(|found| can_be_contradicted(found));
+    tested.filter_map(move |found| {
         let deviations = found.quantity?.contradiction().abs();
         let is_contradicted = deviations > Tolerances::CONTRADICTION_DEVIATIONS;
         (found.relative_torque >= DUST && is_contradicted).then(|| Reason::Contradicted {
