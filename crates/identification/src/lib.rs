@@ -80,6 +80,7 @@
 //! ```
 
 pub mod excitation;
+pub mod external_torque;
 pub mod feasibility;
 pub mod identification;
 pub mod parallel;

@@ -16,6 +16,7 @@ mod corrected_deviation;
 mod decimation;
 mod didim;
 mod excitation;
+mod external_torque;
 mod feasibility;
 mod gains;
 mod identification;

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::judgement::{ModelUncertainty, PredictedError, ResidualQuantiles};
 use super::observation::{BaseColumns, filtered_motion, filtered_torque, torque_equation};
-use super::problem::{Context, Experiment, IdentificationError, Method, Options};
+use super::problem::{Context, Experiment, IdentificationError, Method, Options, Selection};
 use crate::regression::Observations;
 use didim_dynamics::dynamics::BaseParameters;
 use didim_dynamics::robot::Robot;
@@ -56,21 +56,26 @@ impl KnownModel<'_> {
     ) -> Result<(Context<'c>, DVector<f64>), IdentificationError> {
         let mut context = Context::new(robot, base, experiment, options, Method::IdimLs)?;
         context.selection.keep_values(base, self.fixed_parameters.iter().copied())?;
-        let named = |name: &String| self.parameters.iter().find(|(own, _)| own == name);
-        let values = context.selection.names().iter().filter_map(named).map(|(_, value)| *value);
-        let parameters = DVector::from_iterator(self.parameters.len(), values);
+        let parameters = self.values(&context.selection);
         context.set_loads(&parameters);
         Ok((context, parameters))
     }
 
-    /// Reorders a covariance of the parameters (b × b) to the order of the equation.
-    pub(super) fn reorder_covariance(
+    /// Returns the values of the parameters in the order of a selection of all of them.
+    pub(crate) fn values(&self, selection: &Selection) -> DVector<f64> {
+        let named = |name: &String| self.parameters.iter().find(|(own, _)| own == name);
+        let values = selection.names().iter().filter_map(named).map(|(_, value)| *value);
+        DVector::from_iterator(self.parameters.len(), values)
+    }
+
+    /// Reorders a covariance of the parameters (b × b) to the order of a selection of all of them.
+    pub(crate) fn reorder_covariance(
         &self,
-        context: &Context<'_>,
+        selection: &Selection,
         covariance: &DMatrix<f64>,
     ) -> DMatrix<f64> {
         let place = |name: &String| self.parameters.iter().position(|(own, _)| own == name);
-        let order: Vec<usize> = context.selection.names().iter().filter_map(place).collect();
+        let order: Vec<usize> = selection.names().iter().filter_map(place).collect();
         covariance.select_rows(&order).select_columns(&order)
     }
 }

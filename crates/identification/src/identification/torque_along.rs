@@ -40,7 +40,7 @@ pub fn torque_along(
     let covariance = covariance.and_then(|of| of.matrix(model.parameters.len()));
     let deviations = covariance.map(|covariance| {
         let x = equation.matrix().dense();
-        let spread = &x * model.reorder_covariance(&context, &covariance);
+        let spread = &x * model.reorder_covariance(&context.selection, &covariance);
         let variance = spread.component_mul(&x).column_sum();
         equation.per_joint(&variance.map(|variance| variance.max(0.0).sqrt()))
     });

@@ -218,7 +218,7 @@ fn uncertain_arm(
     model: KnownModel<'_>,
     covariance: &DMatrix<f64>,
 ) -> Result<DMatrix<f64>, PayloadError> {
-    let ordered = model.reorder_covariance(context, covariance);
+    let ordered = model.reorder_covariance(&context.selection, covariance);
     Ok(ordered.cholesky().ok_or(PayloadError::Covariance)?.unpack())
 }
 
