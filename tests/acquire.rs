@@ -12,6 +12,7 @@ use didim::cell::Cell;
 use didim::live::acquire::{
     AcquireEnd, AcquireOptions, Acquisition, BusState, FrameLatency, FrameTime, SharedAcquisition,
 };
+use didim::live::external_torque::{SharedExternalTorque, sample_queue};
 use didim::live::real_time_options::RealTimeOptions;
 use didim::live::recording::frame_queue;
 use didim::live::stream::{BatchKind, Pace, SampleReader, StreamNode};
@@ -70,6 +71,10 @@ fn nothing_is_allocated_per_frame() {
     let acquisition = Acquisition::start(&options, source, assembler(), &shared).unwrap();
     // A recorder that never writes: its queue is full most of the time, which is counted.
     let (tap, mut recorded, unrecorded) = frame_queue();
+    // So it is with an observer of external torque that never looks.
+    let observed = SharedExternalTorque::default();
+    let (samples, _queue, _reader) = sample_queue(&observed);
+    let acquisition = acquisition.with_observer(Some(samples));
     let mut acquisition = acquisition.with_tap(Some(tap));
     // The first wait sets up the thread's parking place.
     assert_eq!(acquisition.step().unwrap(), None);
@@ -91,6 +96,7 @@ fn nothing_is_allocated_per_frame() {
     let counts = acquisition.run(&AtomicBool::new(false)).map(|_| shared.counts()).unwrap();
     assert_eq!(counts.losses.samples, 60_000);
     assert_eq!(unrecorded.load(Ordering::Relaxed), 60_000 - (1 << 15));
+    assert_eq!(observed.snapshot().skipped, 60_000 - (1 << 12));
     let queued: Vec<_> = std::iter::from_fn(|| recorded.pop().ok()).collect();
     assert_eq!(queued.len(), 1 << 15);
     assert!(

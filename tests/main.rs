@@ -11,6 +11,7 @@ mod common;
 
 mod acquire;
 mod arrows;
+mod external_torque;
 mod fence;
 mod manager;
 mod memory;

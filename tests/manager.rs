@@ -137,6 +137,7 @@ fn child_serves() {
             silence_after: Duration::from_millis(1500),
         },
         recorder: None,
+        external_torque: None,
     };
     let windows = WindowOptions {
         trigger: Trigger::Interval { length_s: 0.3 },
@@ -163,12 +164,11 @@ fn child_serves() {
             budget: WriteBudget::default(),
         },
     };
-    let socket = |name, mode| Some(SocketOptions { path: folder.join(name), mode, group: None });
+    let socket = |name, mode| Some(SocketOptions::new(folder.join(name), mode));
     let options = ServiceOptions {
         status: socket("status", 0o660),
         control: socket("command", 0o600),
-        receive_buffer: None,
-        events: None,
+        ..ServiceOptions::default()
     };
     let report = run(&options, Parts::Both(Box::new(acquisition), estimation)).unwrap();
     assert_eq!(report.end, ServiceEnd::Signal);

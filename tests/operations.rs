@@ -20,6 +20,7 @@ use didim::live::acquire::{
     AcquisitionStatus, BusState, FaultCounters, InterfaceProblem, RecentCounts, SampleFlow,
     SharedAcquisition,
 };
+use didim::live::external_torque::{ExternalTorqueStatus, JointTorque};
 use didim::live::recording::{ArchiveStatus, RecordingState, RecordingStatus};
 use didim::live::stream::StreamOptions;
 use didim::live::worker::{Loss, Rejection, SharedEstimation};
@@ -238,7 +239,20 @@ fn everything() -> Snapshot {
     let readings = DriveReadings::from_cycles([&all_readings]);
     let estimation = snapshot.estimation.as_mut().unwrap();
     estimation.last_estimate.as_mut().unwrap().readings = readings.clone();
-    snapshot.acquisition.as_mut().unwrap().readings = readings;
+    let acquisition = snapshot.acquisition.as_mut().unwrap();
+    acquisition.readings = readings;
+    acquisition.external_torque = Some(ExternalTorqueStatus {
+        result: Some("7".to_owned()),
+        problem: Some("in words".to_owned()),
+        published: 5,
+        valid: 4,
+        skipped: 3,
+        unpublished: 2,
+        clients: 1,
+        messages_lost: 6,
+        read_to_published: acquisition.frame_to_buffer.map(|of| of.times),
+        joints: vec![Some(JointTorque { value: 1.0, standard_deviation: 0.5 }), None],
+    });
     snapshot.health = Health::new(snapshot.acquisition.as_ref(), snapshot.estimation.as_ref());
     snapshot
 }

@@ -78,6 +78,7 @@ fn acquisition(network: &Network, pace: Pace) -> (InProcessSender, Box<Acquisiti
             silence_after: Duration::from_secs(1),
         },
         recorder: None,
+        external_torque: None,
     };
     (sender, Box::new(part))
 }
@@ -401,10 +402,9 @@ fn two_processes_give_the_same_bytes_as_one() {
 
 fn live_options(folder: &Path) -> ServiceOptions {
     ServiceOptions {
-        status: Some(SocketOptions { path: folder.join("status"), mode: 0o660, group: None }),
-        control: Some(SocketOptions { path: folder.join("control"), mode: 0o600, group: None }),
-        receive_buffer: None,
-        events: None,
+        status: Some(SocketOptions::new(folder.join("status"), 0o660)),
+        control: Some(SocketOptions::new(folder.join("control"), 0o600)),
+        ..ServiceOptions::default()
     }
 }
 

@@ -6,6 +6,7 @@ mod choices;
 mod counted;
 mod excitation;
 mod export;
+mod external_torque;
 mod gains;
 pub mod identify;
 mod payload;
@@ -26,6 +27,9 @@ pub use excitation::{
     ShapeProblem, TaskParameter, UnreadShape, WantedLoad, expectation_line,
 };
 pub use export::{ConsistentError, ConsistentModel, Exported, Format, NO_FRICTION, WriteError};
+pub use external_torque::{
+    ExternalTorqueRow, ExternalTorqueSummary, JointExternalTorque, identified_bandwidth_hz,
+};
 pub use gains::{FindGainsError, FoundGain, FoundGains, find_drive_gains};
 pub use payload::{LoadError, find_load};
 pub use recording_file::{RecordingError, check_compression, read_recording, recording_source};

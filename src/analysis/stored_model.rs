@@ -95,6 +95,9 @@ pub struct StoredModel {
     /// autocorrelated residuals, so that rows may be treated as independent. Empty if the result
     /// does not report it.
     pub(super) noise: Vec<f64>,
+    /// Root mean square of the residuals, by joint \[N·m or N\]; 0 of a joint without torque.
+    /// Empty if the result does not report it.
+    pub(super) residual_rms: Vec<f64>,
     /// Range of the motion, by joint. Empty in results of versions that did not report it.
     pub(super) reached: Vec<ReachedRange>,
     /// Combined standard uncertainty of each parameter, if the result reports it.
@@ -218,6 +221,8 @@ impl StoredModel {
             });
         }
         let (noise, uses) = (noise_levels(&estimate), judged_uses(&estimate.verdict));
+        let residual_rms = estimate.rms_error_per_joint_nm.iter();
+        let residual_rms = residual_rms.map(|rms| if rms.is_nan() { 0.0 } else { *rms }).collect();
         let reached = estimate.reached_per_joint;
         let combined = estimate.parameters.iter().map(|p| p.combined_standard_deviation);
         let combined = combined.map(|value| Some(value).filter(|value| value.is_finite()));
@@ -271,6 +276,7 @@ impl StoredModel {
             uncertainty,
             covariance,
             noise,
+            residual_rms,
             reached,
             combined_deviations,
             uses,
@@ -293,6 +299,7 @@ impl StoredModel {
             uncertainty: available.model_uncertainty.clone(),
             covariance: available.covariance.clone(),
             noise: Vec::new(),
+            residual_rms: Vec::new(),
             reached: Vec::new(),
             combined_deviations: Vec::new(),
             uses: Vec::new(),

@@ -20,6 +20,7 @@ use serde::de::{Unexpected, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 
 use super::BusAddress;
+use super::contact::ContactSection;
 use super::data::DataSection;
 use super::table::TableSection;
 use super::torque_joints::JointReference;
@@ -74,6 +75,11 @@ pub struct CellFile {
     /// If left out: as its defaults say.
     #[serde(default)]
     pub payload: PayloadSection,
+    /// External torque of each joint, sample by sample. Needs `[bus]`.
+    ///
+    /// If left out: `didim run` estimates none.
+    #[serde(default)]
+    pub contact: Option<ContactSection>,
     /// Operation of the service.
     ///
     /// If left out: as its defaults say.

@@ -5,6 +5,7 @@
 
 mod address;
 mod bus;
+mod contact;
 mod data;
 mod error;
 mod file;
@@ -35,6 +36,7 @@ use didim_identification::identification::{KeptParameters, Method, Options, Sign
 
 pub use address::{BusAddress, BusAddressError};
 pub use bus::CellBus;
+pub use contact::ContactSection;
 pub(crate) use data::DATE_UNIT;
 pub use data::{DataColumns, DataSection};
 pub use error::{CellError, Faults};
@@ -109,6 +111,8 @@ pub struct Cell {
     pub chooses_friction: bool,
     /// Frame of loads.
     pub payload: PayloadSection,
+    /// Estimation of external torque. `None` if there is none.
+    pub contact: Option<ContactSection>,
     /// Options for the operation of the service.
     pub service: ServiceSection,
     /// SHA-256 over the cell, robot and DBC or device files. It identifies the configuration of a

@@ -437,6 +437,7 @@ fn assemble_cell(
     let CellSignals { bus, columns, bag, own_columns, rate_hz, torque_timing, signal_delays } =
         signals;
     let (bus, layout_texts) = bus.map_or((None, Vec::new()), |(bus, texts)| (Some(bus), texts));
+    let contact = file.contact.map(|contact| contact.resolved(&path));
     Cell {
         name: file.name,
         file: path,
@@ -468,6 +469,7 @@ fn assemble_cell(
         chooses_cutoff: file.identification.position_filter.cutoff_hz == Cutoff::Auto,
         chooses_friction: file.identification.friction.is_some(),
         payload: file.payload,
+        contact,
         service: file.service,
     }
 }

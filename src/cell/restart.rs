@@ -13,7 +13,8 @@ impl Cell {
             (None, None) => None,
             _ => Some("bus"),
         };
-        name.or(bus).or_else(|| service_differs(&self.service, &other.service))
+        let contact = (self.contact != other.contact).then_some("contact");
+        name.or(bus).or(contact).or_else(|| service_differs(&self.service, &other.service))
     }
 }
 

@@ -16,6 +16,9 @@ pub(super) fn check(file: &CellFile, stream: Option<(usize, f64)>) -> Vec<Wrong>
         checked.push(check_bitrates(bus.bitrate_bps, bus.data_bitrate_bps));
         checked.extend(stream.map(|(joints, rate_hz)| check_stream(file, joints, rate_hz)));
     }
+    if let (Some(contact), Some((_, rate_hz))) = (&file.contact, stream) {
+        checked.push(contact.check(rate_hz).map_err(|problem| ("contact.bandwidth_hz", problem)));
+    }
     checked.push(check_limits(file));
     checked.push(check_tolerances(file));
     checked.push(check_sockets(&file.service));

@@ -4,6 +4,8 @@
 
 #[cfg(target_os = "linux")]
 pub mod acquire;
+#[cfg(target_os = "linux")]
+pub mod external_torque;
 pub mod latency;
 pub(crate) mod limits;
 pub mod pause;

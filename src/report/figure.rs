@@ -9,13 +9,13 @@ use super::panel::{CURVE_STYLE, PANEL_WIDTH, PLOT_BOTTOM, PLOT_LEFT, PLOT_RIGHT,
 use super::{TorquePanel, convergence, value_range};
 use crate::text::escape;
 
-const PANEL_COLUMNS: usize = 2;
-const HEADER_HEIGHT: f64 = 58.0;
+pub(super) const PANEL_COLUMNS: usize = 2;
+pub(super) const HEADER_HEIGHT: f64 = 58.0;
 
 /// The colours follow the reader's light or dark setting; a printer gets the light ones. The two
 /// curves also differ in lightness and width, so they can be distinguished without colour.
-const COLOURS: &str = "svg{--paper:#fff;--ink:#1d2530;--faint:#d9dee5;--measured:#9fb3c8;\
-    --predicted:#17456e;--residual:#3d7a4f;--sigmas:#e3efe6}\
+pub(super) const COLOURS: &str = "svg{--paper:#fff;--ink:#1d2530;--faint:#d9dee5;\
+    --measured:#9fb3c8;--predicted:#17456e;--residual:#3d7a4f;--sigmas:#e3efe6}\
     @media screen and (prefers-color-scheme:dark){svg{--paper:#14181d;--ink:#e4e8ed;\
     --faint:#333c46;--measured:#6d8299;--predicted:#a9d3f5;--residual:#7fc796;--sigmas:#223429}}";
 
@@ -81,22 +81,22 @@ const AXIS_GAP: f64 = 14.0;
 pub(super) const TORQUE_PANEL_HEIGHT: f64 =
     PLOT_TOP + TORQUE_AXIS_HEIGHT + AXIS_GAP + RESIDUAL_AXIS_HEIGHT + PLOT_BOTTOM;
 /// Half width of the residual band, in standard deviations.
-const BAND_DEVIATIONS: f64 = 2.0;
+pub(super) const BAND_DEVIATIONS: f64 = 2.0;
 
 /// A value axis next to a time axis.
-struct Axis {
-    top: f64,
-    height: f64,
-    low: f64,
-    high: f64,
+pub(super) struct Axis {
+    pub(super) top: f64,
+    pub(super) height: f64,
+    pub(super) low: f64,
+    pub(super) high: f64,
 }
 
 impl Axis {
-    fn y_pixel(&self, value: f64) -> f64 {
+    pub(super) fn y_pixel(&self, value: f64) -> f64 {
         self.top + (self.high - value) / (self.high - self.low) * self.height
     }
 
-    fn draw_axis(&self, svg: &mut String, wanted: u32) {
+    pub(super) fn draw_axis(&self, svg: &mut String, wanted: u32) {
         for tick in ticks(self.low, self.high, wanted) {
             let line_y = self.y_pixel(tick);
             let _ = write!(
@@ -127,7 +127,7 @@ pub(super) fn draw_panel(svg: &mut String, panel: &TorquePanel<'_>) {
     let wide = PANEL_WIDTH - PLOT_LEFT - PLOT_RIGHT;
     let x = |t: f64| PLOT_LEFT + (t - start) / (end - start).max(f64::MIN_POSITIVE) * wide;
     let base = TORQUE_PANEL_HEIGHT - PLOT_BOTTOM;
-    draw_time(svg, (start, end), x);
+    draw_time(svg, (start, end), TORQUE_PANEL_HEIGHT, x);
     draw_unit(svg, panel.unit, 20.0);
     let torque = Axis { top: PLOT_TOP, height: TORQUE_AXIS_HEIGHT, low, high };
     torque.draw_axis(svg, 4);
@@ -147,20 +147,25 @@ pub(super) fn draw_panel(svg: &mut String, panel: &TorquePanel<'_>) {
     }
 }
 
-/// Draws the labels of the time axis below a panel of two axes.
-fn draw_time(svg: &mut String, (start, end): (f64, f64), x: impl Fn(f64) -> f64) {
+/// Draws the labels of the time axis below a panel of this height.
+pub(super) fn draw_time(
+    svg: &mut String,
+    (start, end): (f64, f64),
+    height: f64,
+    x: impl Fn(f64) -> f64,
+) {
     for tick in ticks(start, end, 6) {
         let _ = write!(
             svg,
             r#"<text class="tick" x="{:.1}" y="{:.1}" text-anchor="middle">{tick} s</text>"#,
             x(tick),
-            TORQUE_PANEL_HEIGHT - PLOT_BOTTOM + 16.0
+            height - PLOT_BOTTOM + 16.0
         );
     }
 }
 
 /// Draws the unit of an axis above its labels.
-fn draw_unit(svg: &mut String, unit: &str, y: f64) {
+pub(super) fn draw_unit(svg: &mut String, unit: &str, y: f64) {
     let _ = write!(
         svg,
         r#"<text class="tick" x="{}" y="{y}" text-anchor="end">{unit}</text>"#,
@@ -195,7 +200,7 @@ pub(super) fn draw_motion(svg: &mut String, panel: &MotionPanel<'_>) {
     let (Some(&start), Some(&end)) = (panel.time_s.first(), panel.time_s.last()) else { return };
     let wide = PANEL_WIDTH - PLOT_LEFT - PLOT_RIGHT;
     let x = |t: f64| PLOT_LEFT + (t - start) / (end - start).max(f64::MIN_POSITIVE) * wide;
-    draw_time(svg, (start, end), x);
+    draw_time(svg, (start, end), TORQUE_PANEL_HEIGHT, x);
     draw_unit(svg, panel.kind.position_unit(), 20.0);
     let below = PLOT_TOP + TORQUE_AXIS_HEIGHT + AXIS_GAP;
     for (class, values, top, tall) in [

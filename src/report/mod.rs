@@ -7,6 +7,7 @@ pub mod cutoff;
 mod date;
 mod design;
 pub mod estimate;
+mod external_torque;
 pub mod figure;
 pub mod friction;
 mod gains;
@@ -34,6 +35,7 @@ pub use design::{
     CheckedMotion, collision_statement, conditions_text, design_header, design_text,
     expectation_text, load_lines, load_sentence, prediction_lines,
 };
+pub use external_torque::ExternalTorqueFigure;
 pub use gains::gains_text;
 pub use payload::payload_text;
 pub use sweep::{sweep_lines, sweep_text};

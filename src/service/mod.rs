@@ -1,5 +1,6 @@
 //! The running service: its parts, built from a cell, and its supervision, status and metrics.
 
+mod contact_model;
 pub mod limits;
 pub mod metrics;
 pub mod paths;

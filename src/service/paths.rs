@@ -13,6 +13,9 @@ const ACQUISITION_SOCKET: &str = "acquisition.sock";
 /// File name of the command socket.
 const COMMAND_SOCKET: &str = "command.sock";
 
+/// File name of the socket of external torques.
+const EXTERNAL_TORQUE_SOCKET: &str = "external_torque.sock";
+
 /// The paths of one service or of a single run.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Paths {
@@ -63,6 +66,11 @@ impl Paths {
     /// Returns the path of the command socket.
     pub fn command_socket(&self) -> PathBuf {
         self.runtime.join(COMMAND_SOCKET)
+    }
+
+    /// Returns the path of the socket of external torques.
+    pub fn external_torque_socket(&self) -> PathBuf {
+        self.runtime.join(EXTERNAL_TORQUE_SOCKET)
     }
 
     fn stream_root(&self) -> PathBuf {

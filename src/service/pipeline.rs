@@ -22,9 +22,10 @@ use crate::live::recording::{
 use crate::live::stream::{Pace, PrivateNetwork, SHARED_MEMORY, StreamError};
 use crate::live::window_options::WindowOptionError;
 use crate::live::worker::{Configuration, FindLoad, IdentifiedWindow, TimeOfDay, WorkerOptions};
+use crate::service::contact_model::model_source;
 use crate::service::limits::{LimitTooLow, require_limits};
 use crate::service::paths::Paths;
-use crate::service::supervision::{AcquisitionPart, EstimationPart};
+use crate::service::supervision::{AcquisitionPart, EstimationPart, ExternalTorquePart};
 use crate::window::Window;
 
 /// Maximum number of windows that wait while one is identified.
@@ -139,6 +140,10 @@ pub fn build_acquisition(
             silence_after: Duration::from_secs_f64((SILENT_PERIODS * period).max(0.5)),
         },
         recorder,
+        external_torque: cell.contact.as_ref().map(|contact| ExternalTorquePart {
+            models: model_source(cell, contact, paths.state.as_deref()),
+            clients: None,
+        }),
     }))
 }
 

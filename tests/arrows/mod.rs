@@ -29,7 +29,8 @@ const ORDER: [(&str, &str); 15] = [
     ("crates/dynamics/src", "simulation control dynamics trajectory robot numeric sample"),
     (
         "crates/identification/src",
-        "identification excitation feasibility regression signal stored_value parallel",
+        "external_torque identification excitation feasibility regression signal stored_value \
+        parallel",
     ),
     (
         "crates/identification/src/identification",
@@ -42,17 +43,20 @@ const ORDER: [(&str, &str); 15] = [
         "proposal check service report analysis cell live archive signals files window text \
          threads seeds",
     ),
-    ("src/service", "machine_faults metrics reload pipeline limits supervision status paths"),
+    (
+        "src/service",
+        "machine_faults metrics reload pipeline contact_model limits supervision status paths",
+    ),
     (
         "src/live",
-        "worker acquire recording stream latency pause limits real_time_options \
+        "worker acquire external_torque recording stream latency pause limits real_time_options \
          window_options",
     ),
     ("src/archive", "results events fleet drift store skipped_lines"),
     (
         "src/analysis",
-        "export torque_difference excitation gains payload predict result_lines stored_model \
-        recordings choices recording_file counted bus_log identify screening",
+        "export torque_difference external_torque excitation gains payload predict result_lines \
+        stored_model recordings choices recording_file counted bus_log identify screening",
     ),
     ("crates/lab/src", "lib report study comparison"),
     (
@@ -63,8 +67,8 @@ const ORDER: [(&str, &str); 15] = [
     ),
     (
         "crates/cli/src/command",
-        "service compare completions convert export fleet gains groups history manual new payload \
-         predict robot state study convert_frames identify advise design sim",
+        "service compare completions convert export external_torque fleet gains groups history \
+         manual new payload predict robot state study convert_frames identify advise design sim",
     ),
     (
         "crates/cli/src/command/service",

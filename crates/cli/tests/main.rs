@@ -21,6 +21,7 @@ mod data;
 mod design;
 mod ethercat;
 mod export;
+mod external_torque;
 mod free_memory;
 mod known_torques;
 mod load;

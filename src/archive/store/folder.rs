@@ -18,7 +18,7 @@ pub const DEFAULT_KEEP: usize = 1000;
 /// Number of history lines among which a start looks for pending ones.
 const RECENT_LINES: usize = 1000;
 
-const LATEST_FILE: &str = "latest.json";
+pub(crate) const LATEST_FILE: &str = "latest.json";
 
 /// A folder of results, `result-00000000.json` and following. `latest.json` is a link to the newest
 /// result. `history.jsonl` has one line per result, with its date. `configurations` has a folder
@@ -328,6 +328,11 @@ struct ConfigurationReference {
 /// Returns the path of a result file in a folder.
 pub fn result_file(folder: &Path, number: u64) -> PathBuf {
     folder.join(name(number))
+}
+
+/// Returns the number of a result file by its name.
+pub fn number_of_result(file: &Path) -> Option<u64> {
+    index(file.file_name()?.to_str()?)
 }
 
 fn name(index: u64) -> String {

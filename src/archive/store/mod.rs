@@ -18,7 +18,8 @@ pub use against::ModelDifference;
 pub use configurations::ConfigurationTexts;
 pub use earlier_version::{EarlierLayout, EarlierVersion, EarlierVersionError, NEWER_FOLDER};
 pub use error::StoreError;
-pub use folder::{DEFAULT_KEEP, Store, Stored, result_file};
+pub(crate) use folder::LATEST_FILE;
+pub use folder::{DEFAULT_KEEP, Store, Stored, number_of_result, result_file};
 pub(crate) use history::day_rows;
 pub use history::{
     AlarmCheckpoint, AlarmState, DaySummary, HISTORY_SCHEMA, HistoryError, HistoryFollower,

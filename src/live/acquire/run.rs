@@ -11,6 +11,7 @@ use didim_drivers::source::{Received, Source, SourceError, StampClock};
 
 use super::counts::{AcquisitionCounts, BusState, FrameTime};
 use super::state::SharedAcquisition;
+use crate::live::external_torque::SampleTap;
 use crate::live::real_time_options::RealTimeOptions;
 use crate::live::recording::FrameTap;
 use crate::live::stream::{Pace, SampleWriter, StreamError, StreamNode, StreamOptions};
@@ -70,6 +71,8 @@ pub struct Acquisition {
     completed_ns: Vec<u64>,
     pace: Pace,
     silence_after: Duration,
+    /// Samples for the observer thread.
+    observer: Option<SampleTap>,
     counts: AcquisitionCounts,
     shared: SharedAcquisition,
     last_frame: Instant,
@@ -104,6 +107,7 @@ impl Acquisition {
             completed_ns: Vec::with_capacity(BATCH_FRAMES),
             pace: options.pace,
             silence_after: options.silence_after,
+            observer: None,
             counts,
             shared: shared.clone(),
             last_frame: now,
@@ -118,6 +122,12 @@ impl Acquisition {
             Box::new(move |frames, drops| tap.pass_on(frames, drops))
         });
         Self { samples: self.samples.with_tap(tap), ..self }
+    }
+
+    /// Passes every sample to an observer of external torque.
+    #[must_use]
+    pub fn with_observer(self, observer: Option<SampleTap>) -> Self {
+        Self { observer, ..self }
     }
 
     /// Reads the bus until `stop` is set or the source ends.
@@ -216,9 +226,15 @@ impl Acquisition {
         // together, and this code takes the time after it. Both latencies are too long by the
         // writing time, and never too short.
         while let Some(Assembled { sample, completed_ns }) = self.samples.poll() {
+            if let Some(observer) = &mut self.observer {
+                observer.pass_on(&sample, read_ns);
+            }
             self.writer.write(&sample, drops, now, read_ns)?;
             self.counts.readings.update(&sample.readings);
             self.completed_ns.extend(completed_ns);
+        }
+        if let Some(observer) = &mut self.observer {
+            observer.wake();
         }
         if !self.completed_ns.is_empty() {
             let written_ns = monotonic_ns();

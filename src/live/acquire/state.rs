@@ -10,6 +10,7 @@ use super::counters::FaultCounters;
 use super::counts::{AcquisitionCounts, BusState, FrameTime};
 use super::real_time::RealTimeGrants;
 use super::recent::{RecentCounts, SampleFlow, by_cause};
+use crate::live::external_torque::{ExternalTorqueStatus, SharedExternalTorque};
 use crate::live::latency::{Latencies, LatencySummary};
 use crate::live::recording::{RecordingStatus, SharedRecording};
 use crate::window::DriveReadings;
@@ -54,6 +55,7 @@ struct Shared {
     frame_to_buffer: Latencies,
     grants: OnceLock<RealTimeGrants>,
     recording: OnceLock<SharedRecording>,
+    external_torque: OnceLock<SharedExternalTorque>,
     interfaces: OnceLock<Vec<InterfaceName>>,
 }
 
@@ -102,6 +104,15 @@ impl SharedAcquisition {
     /// Returns the status of the recorder. `None` if nothing is recorded.
     pub fn recording(&self) -> Option<RecordingStatus> {
         self.0.recording.get().map(SharedRecording::snapshot)
+    }
+
+    /// Returns the status of the observer. `None` if no external torque is estimated.
+    pub fn external_torque(&self) -> Option<ExternalTorqueStatus> {
+        self.0.external_torque.get().map(SharedExternalTorque::snapshot)
+    }
+
+    pub(crate) fn set_external_torque(&self, external_torque: SharedExternalTorque) {
+        let _ = self.0.external_torque.set(external_torque);
     }
 
     pub(crate) fn set_recording(&self, recording: SharedRecording) {
@@ -169,6 +180,9 @@ pub struct AcquisitionStatus {
     pub receive_buffer_asked_bytes: Option<u64>,
     /// Status of the recorder of raw frames. `None` if nothing is recorded.
     pub recording: Option<RecordingStatus>,
+    /// External torque of each joint. `None` if it is not estimated.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub external_torque: Option<ExternalTorqueStatus>,
 }
 
 /// Size of the kernel's buffer for received frames, in the kernel's accounting.

@@ -6,6 +6,7 @@ use super::exposition::{FamilyKind, MAX_LABELS, MetricsText, count_value, flag_v
 use super::{drift, load, recording};
 use crate::archive::store::ParameterValue;
 use crate::live::acquire::{AcquisitionStatus, BusState, Grant};
+use crate::live::external_torque::{ExternalTorqueStatus, JointTorque};
 use crate::live::latency::LatencySummary;
 use crate::live::worker::{EstimateSummary, EstimationStatus, WindowState};
 use crate::service::status::Snapshot;
@@ -146,6 +147,60 @@ fn add_acquisition(text: &mut MetricsText, status: &AcquisitionStatus) {
         status.frame_to_buffer.map(|latency| latency.times),
     );
     status.recording.iter().for_each(|status| recording::add_recording(text, status));
+    status.external_torque.iter().for_each(|status| add_external_torque(text, status));
+}
+
+fn add_external_torque(text: &mut MetricsText, status: &ExternalTorqueStatus) {
+    let help = "Whether the newest external torque is usable.";
+    let is_valid = flag_value(!status.joints.is_empty());
+    text.family("didim_external_torque_valid", Gauge, help).value(is_valid);
+    let joints = (1_usize..).zip(&status.joints).take(MAX_LABELS);
+    let joints: Vec<_> =
+        joints.filter_map(|(joint, of)| Some((joint.to_string(), (*of)?))).collect();
+    let families: [(_, _, fn(&JointTorque) -> f64); 2] = [
+        (
+            "didim_external_torque_newton_metres",
+            "Torque of the environment on each joint; newtons of a prismatic joint.",
+            |of| of.value,
+        ),
+        (
+            "didim_external_torque_standard_deviation_newton_metres",
+            "Standard deviation of this torque.",
+            |of| of.standard_deviation,
+        ),
+    ];
+    for (name, help, figure) in families.into_iter().filter(|_| !joints.is_empty()) {
+        let mut family = text.family(name, Gauge, help);
+        for (joint, torque) in &joints {
+            family.add_labelled(&[("joint", joint)], figure(torque));
+        }
+    }
+    let counters = [
+        ("didim_external_torques_total", "External torques published.", status.published),
+        ("didim_external_torques_valid_total", "Those that are usable.", status.valid),
+        (
+            "didim_external_torque_samples_skipped_total",
+            "Samples that the observer was too slow for.",
+            status.skipped,
+        ),
+        (
+            "didim_external_torques_unpublished_total",
+            "External torques that could not be published.",
+            status.unpublished,
+        ),
+        (
+            "didim_external_torques_lost_total",
+            "Messages that clients of the socket were too slow for.",
+            status.messages_lost,
+        ),
+    ];
+    write(text, Counter, &counters.map(|(name, help, value)| (name, help, count_value(value))));
+    add_latency(
+        text,
+        ("didim_read_to_torque_seconds", "didim_read_to_torque_max_seconds"),
+        "From the reading of a sample's frames until its external torque was published.",
+        status.read_to_published,
+    );
 }
 
 fn add_estimation(text: &mut MetricsText, status: &EstimationStatus) {

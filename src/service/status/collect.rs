@@ -76,6 +76,7 @@ impl Collector {
             status.interfaces_down = shared.interfaces_down(&counts);
             status.recent = self.recent.handle_counts(&counts, now);
             status.recording = shared.recording();
+            status.external_torque = shared.external_torque();
             status.frame_to_buffer = shared.frame_to_buffer();
             let at_start = self.receive_buffer.and_then(|is| is.granted_bytes);
             status.receive_buffer_bytes = counts.receive_buffer_bytes.map(u64::from).or(at_start);

@@ -7,6 +7,14 @@ use std::os::unix::fs::{DirBuilderExt, FileTypeExt, MetadataExt, PermissionsExt}
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::{Path, PathBuf};
 
+use rustix::io::Errno;
+use rustix::net::{
+    AddressFamily, SocketAddrUnix, SocketFlags, SocketType, bind, listen, socket_with,
+};
+
+/// Number of connections that wait to be accepted.
+const BACKLOG: i32 = 16;
+
 /// A listening socket. When it is dropped, its name is removed.
 #[derive(Debug)]
 pub struct Socket {
@@ -56,9 +64,42 @@ pub enum ListenError {
     },
 }
 
+/// Kind of a socket.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum SocketKind {
+    /// A stream of bytes.
+    #[default]
+    Stream,
+    /// Packets, each of which arrives whole (SOCK_SEQPACKET).
+    Packets,
+}
+
+impl SocketKind {
+    fn bind(self, path: &Path) -> io::Result<UnixListener> {
+        match self {
+            Self::Stream => UnixListener::bind(path),
+            Self::Packets => {
+                let flags = SocketFlags::CLOEXEC;
+                let socket = socket_with(AddressFamily::UNIX, SocketType::SEQPACKET, flags, None)?;
+                bind(&socket, &SocketAddrUnix::new(path)?)?;
+                listen(&socket, BACKLOG)?;
+                Ok(UnixListener::from(socket))
+            }
+        }
+    }
+}
+
 impl Socket {
-    /// Listens at `path` with permissions `mode`, and with the group `group` if one is given.
-    /// Replaces the socket of a dead process.
+    /// Listens at `path` for streams; see [`Self::listen_for`].
+    ///
+    /// # Errors
+    /// [`ListenError`].
+    pub fn listen(path: &Path, mode: u32, group: Option<&str>) -> Result<Self, ListenError> {
+        Self::listen_for(SocketKind::Stream, path, mode, group)
+    }
+
+    /// Listens at `path` for a kind of socket, with permissions `mode`, and with the group `group`
+    /// if one is given. Replaces the socket of a dead process.
     ///
     /// The socket is created in a private folder that no other user can enter, and gets its
     /// permissions there. It is then renamed to `path`. No client can connect before it has its
@@ -67,7 +108,12 @@ impl Socket {
     ///
     /// # Errors
     /// [`ListenError`].
-    pub fn listen(path: &Path, mode: u32, group: Option<&str>) -> Result<Self, ListenError> {
+    pub fn listen_for(
+        kind: SocketKind,
+        path: &Path,
+        mode: u32,
+        group: Option<&str>,
+    ) -> Result<Self, ListenError> {
         let io_error = |cause| ListenError::Io { path: path.to_owned(), cause };
         refuse_living(path)?;
         let group = group.map(|group| Ok((group, group_id(path, group)?))).transpose()?;
@@ -84,7 +130,7 @@ impl Socket {
         let _ = fs::remove_file(private.join("s"));
         let _ = fs::remove_dir(&private);
         make_private(&private).map_err(io_error)?;
-        let made = bind_listener(&private.join("s"), path, mode, group);
+        let made = bind_listener(&private.join("s"), (path, kind), mode, group);
         let _ = fs::remove_file(private.join("s"));
         let _ = fs::remove_dir(&private);
         let (listener, inode) = made?;
@@ -98,7 +144,7 @@ impl Socket {
     }
 
     /// Returns the listener for tokio, which requires non-blocking mode.
-    pub(super) fn to_tokio(&self) -> io::Result<tokio::net::UnixListener> {
+    pub(crate) fn to_tokio(&self) -> io::Result<tokio::net::UnixListener> {
         let listener = self.listener.try_clone()?;
         listener.set_nonblocking(true)?;
         tokio::net::UnixListener::from_std(listener)
@@ -145,18 +191,22 @@ fn refuse_living(path: &Path) -> Result<(), ListenError> {
     match UnixStream::connect(path) {
         Ok(_) => Err(ListenError::InUse { path: path.to_owned() }),
         Err(cause) if cause.kind() == io::ErrorKind::ConnectionRefused => Ok(()),
+        // A living socket of the other kind.
+        Err(cause) if cause.raw_os_error() == Some(Errno::PROTOTYPE.raw_os_error()) => {
+            Err(ListenError::InUse { path: path.to_owned() })
+        }
         Err(cause) => Err(io_error(cause)),
     }
 }
 
 fn bind_listener(
     private: &Path,
-    path: &Path,
+    (path, kind): (&Path, SocketKind),
     mode: u32,
     group: Option<(&str, u32)>,
 ) -> Result<(UnixListener, u64), ListenError> {
     let io_error = |cause| ListenError::Io { path: path.to_owned(), cause };
-    let listener = UnixListener::bind(private).map_err(io_error)?;
+    let listener = kind.bind(private).map_err(io_error)?;
     if let Some((group, id)) = group {
         // The group is set before the permissions, because chown(2) may remove some permissions.
         std::os::unix::fs::chown(private, None, Some(id))

@@ -22,11 +22,12 @@ pub(crate) use control::one_line;
 pub use control::serve_commands;
 pub use dispatch::{DispatchError, Dispatcher, ReloadAnswer, ReloadSender};
 pub use fetch::fetch_snapshot;
-pub use listen::{ListenError, Socket};
+pub use listen::{ListenError, Socket, SocketKind};
 pub use render::{Colour, render};
 pub use request::{
     BaselineCommandError, BaselineRequest, CaptureRequest, MAX_REQUEST, Request, RequestError,
     parse_request,
 };
+pub(crate) use serve::accept;
 pub use serve::serve_status;
 pub use snapshot::{Health, IDLE_TEXT, ProcessStatus, SCHEMA, Snapshot, StreamStatus};

@@ -8,12 +8,13 @@ use didim_dynamics::robot::is_hidden;
 use super::snapshot::Snapshot;
 use crate::archive::drift::DriftStatus;
 use crate::live::acquire::{AcquisitionStatus, FrameLatency, FrameTime, Grant};
+use crate::live::external_torque::{ExternalTorqueStatus, JointTorque};
 use crate::live::latency::LatencySummary;
 use crate::live::recording::{
     ArchiveStatus, RecordingState, RecordingStatus, WriteStatus, share_bytes,
 };
 use crate::live::worker::{EstimationStatus, LoadStatus, WindowState};
-use crate::text::significant_digits;
+use crate::text::{significant_digits, to_uncertainty};
 
 /// Use of terminal colour codes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -84,6 +85,28 @@ pub fn rows(snapshot: &Snapshot) -> Vec<Row> {
     rows.0
 }
 
+fn external_torque_rows(rows: &mut Rows, status: &ExternalTorqueStatus) {
+    let name = "external torque";
+    match &status.result {
+        None => rows.add_plain(name, "waits for a usable result".to_owned()),
+        Some(result) => {
+            rows.add_plain(name, format!("of result {result}, {} valid", status.valid));
+        }
+    }
+    for (number, torque) in (1..).zip(&status.joints) {
+        let Some(JointTorque { value, standard_deviation }) = torque else { continue };
+        let value = to_uncertainty(*value, *standard_deviation, 2);
+        let deviation = significant_digits(*standard_deviation, 2);
+        rows.add_plain("joint torque", format!("joint {number}: {value} ± {deviation}"));
+    }
+    if let Some(times) = status.read_to_published {
+        rows.add_plain("bus to torque", format!("{}, from when it was read", quantile_text(times)));
+    }
+    rows.add_count("torque samples skipped", status.skipped);
+    rows.add_count("torques not published", status.unpublished);
+    rows.add_count("torques lost by clients", status.messages_lost);
+}
+
 fn acquisition_rows(rows: &mut Rows, status: &AcquisitionStatus) {
     rows.add_judged("bus", status.bus.label(), status.bus.is_well());
     rows.add_plain("frames", format!("{} ({:.0}/s)", status.frames, status.frames_per_second));
@@ -103,6 +126,9 @@ fn acquisition_rows(rows: &mut Rows, status: &AcquisitionStatus) {
     status.readings.lines().into_iter().for_each(|(name, text)| rows.add_plain(name, text));
     if let Some(recording) = &status.recording {
         recording_rows(rows, recording);
+    }
+    if let Some(torque) = &status.external_torque {
+        external_torque_rows(rows, torque);
     }
     if let Some(bytes) = status.receive_buffer_bytes {
         rows.add_plain("receive buffer", format!("{:.1} MB", megabytes(bytes)));

@@ -46,7 +46,7 @@ async fn answer(mut client: UnixStream, document: &[u8]) -> io::Result<()> {
 }
 
 /// Accepts the next client.
-pub(super) async fn accept(listener: &UnixListener) -> UnixStream {
+pub(crate) async fn accept(listener: &UnixListener) -> UnixStream {
     loop {
         match listener.accept().await {
             Ok((client, _)) => return client,

@@ -226,6 +226,10 @@ fn acquisition_reasons(
                            room for results; free disk space, or reduce the ring";
             reasons.push(why.to_owned());
         }
+        let observer = acquisition.external_torque.as_ref();
+        if let Some(problem) = observer.and_then(|of| of.problem.as_ref()) {
+            reasons.push(format!("external torque: {problem}"));
+        }
         let buffer = (acquisition.receive_buffer_bytes, acquisition.receive_buffer_asked_bytes);
         if let (Some(granted), Some(asked)) = buffer
             && granted < asked

@@ -5,6 +5,7 @@
 //! and the service manager restarts it.
 
 mod changes;
+mod external_torque;
 mod journal;
 mod line;
 mod manager;
@@ -12,6 +13,7 @@ mod readiness;
 mod reload;
 mod running;
 mod sockets;
+mod spawn;
 mod supervise;
 mod threads;
 
@@ -21,10 +23,11 @@ use didim_drivers::assemble::Assembler;
 use didim_drivers::source::Source;
 
 use crate::live::acquire::{AcquireError, AcquireOptions, ReceiveBuffer};
+use crate::live::external_torque::{ClientSender, Clients, ModelSource, clients};
 use crate::live::recording::RecorderOptions;
 use crate::live::stream::{StreamError, StreamOptions};
 use crate::live::worker::{FindLoad, Identify, WorkerError, WorkerOptions};
-use crate::service::status::{ListenError, Snapshot};
+use crate::service::status::{ListenError, Snapshot, Socket, SocketKind};
 
 pub use reload::Reload;
 pub use supervise::{run, run_with_reload};
@@ -34,10 +37,27 @@ pub use supervise::{run, run_with_reload};
 pub struct SocketOptions {
     /// Path of the socket. The folder must exist.
     pub path: PathBuf,
+    /// Kind of the socket.
+    pub kind: SocketKind,
     /// Permissions of the socket. A client needs write access.
     pub mode: u32,
     /// Group of the socket. If `None`, it is the group of the service.
     pub group: Option<String>,
+}
+
+impl SocketOptions {
+    /// Creates the options of a stream socket with the service's group.
+    pub fn new(path: PathBuf, mode: u32) -> Self {
+        Self { path, kind: SocketKind::Stream, mode, group: None }
+    }
+
+    /// Listens at the socket.
+    ///
+    /// # Errors
+    /// [`ListenError`].
+    fn listen(&self) -> Result<Socket, ListenError> {
+        Socket::listen_for(self.kind, &self.path, self.mode, self.group.as_deref())
+    }
 }
 
 /// Options of the service in addition to those of its parts.
@@ -48,6 +68,8 @@ pub struct ServiceOptions {
     /// Command socket. It needs an estimation. Its permissions are 0o600 unless a group may send
     /// commands.
     pub control: Option<SocketOptions>,
+    /// Packet socket of external torques. It needs an acquisition that estimates them.
+    pub external_torque: Option<SocketOptions>,
     /// Receive buffer granted by the kernel, for the status \[bytes\].
     pub receive_buffer: Option<ReceiveBuffer>,
     /// File of the events. If `None`, events are only logged.
@@ -64,6 +86,16 @@ pub struct AcquisitionPart {
     pub options: AcquireOptions,
     /// Options of the recorder. If `None`, no frames are recorded.
     pub recorder: Option<RecorderOptions>,
+    /// Estimation of external torque. `None` if there is none.
+    pub external_torque: Option<ExternalTorquePart>,
+}
+
+/// Components of the observer thread.
+pub struct ExternalTorquePart {
+    /// Source of the models.
+    pub models: ModelSource,
+    /// Clients of the socket. `None` without a socket.
+    pub clients: Option<Clients>,
 }
 
 /// Components of the worker.
@@ -92,6 +124,17 @@ impl Parts {
             Self::Both(part, _) | Self::Acquisition(part) => &part.options.stream,
             Self::Estimation(part) => &part.options.stream,
         }
+    }
+
+    /// Connects the observer thread with the clients of a socket. `None` without an observer.
+    fn connect_clients(&mut self) -> Option<ClientSender> {
+        let part = match self {
+            Self::Both(part, _) | Self::Acquisition(part) => part,
+            Self::Estimation(_) => return None,
+        };
+        let (sender, connected) = clients();
+        part.external_torque.as_mut()?.clients = Some(connected);
+        Some(sender)
     }
 
     fn split(self) -> (Option<Box<AcquisitionPart>>, Option<EstimationPart>) {

@@ -3,6 +3,7 @@
 
 use core::cell::RefCell;
 use core::convert::Infallible;
+use core::future::pending;
 use core::time::Duration;
 use std::collections::BTreeMap;
 use std::io;
@@ -44,12 +45,24 @@ impl MissingSockets {
     }
 }
 
+/// Serves at a socket, if there is one, like [`keep_serving`].
+pub(super) async fn keep_serving_optional(
+    at: Option<(&SocketOptions, Socket)>,
+    missing: &MissingSockets,
+    serve: impl AsyncFn(&Socket) -> io::Result<Infallible>,
+) -> io::Result<Infallible> {
+    match at {
+        Some((at, socket)) => keep_serving(at, socket, missing, serve).await,
+        None => pending().await,
+    }
+}
+
 /// Serves at a socket until the future is dropped. If the file of the socket is removed, creates
 /// the socket again and serves there.
 ///
 /// Errors of `serve`.
 /// Those of `serve`.
-pub(super) async fn keep_serving(
+async fn keep_serving(
     at: &SocketOptions,
     mut socket: Socket,
     missing: &MissingSockets,
@@ -83,7 +96,7 @@ fn recreate(at: &SocketOptions) -> Result<Socket, String> {
     if let Some(folder) = at.path.parent() {
         own_folder(folder).map_err(|why| why.to_string())?;
     }
-    Socket::listen(&at.path, at.mode, at.group.as_deref()).map_err(|why| why.to_string())
+    at.listen().map_err(|why| why.to_string())
 }
 
 #[cfg(test)]
@@ -97,7 +110,7 @@ mod tests {
     fn a_socket_that_is_gone_is_made_again_once_it_can_be() {
         let place = tempfile::tempdir_in("/tmp").unwrap();
         let folder = place.path().join("run");
-        let options = SocketOptions { path: folder.join("status"), mode: 0o660, group: None };
+        let options = SocketOptions::new(folder.join("status"), 0o660);
         let first = recreate(&options).unwrap();
         assert!(first.has_its_name());
         fs::remove_dir_all(&folder).unwrap();

@@ -1,5 +1,6 @@
 //! The supervision. It starts the parts, reports their state, and stops them.
 
+use core::cell::RefCell;
 use core::convert::Infallible;
 use core::future::pending;
 use core::time::Duration;
@@ -9,10 +10,11 @@ use std::time::Instant;
 use tokio::sync::watch;
 use tokio::time::{Interval, MissedTickBehavior, interval};
 
+use super::external_torque::accept_torque_clients;
 use super::manager::Manager;
 use super::reload::{Event, Reload, Reloader};
 use super::running::{PAUSE_POLL, Running};
-use super::sockets::{MissingSockets, keep_serving};
+use super::sockets::{MissingSockets, keep_serving_optional};
 use super::{Parts, ServiceEnd, ServiceError, ServiceOptions, ServiceReport, SocketOptions};
 use crate::live::stream::{StreamNode, Topic};
 use crate::service::status::{Dispatcher, ReloadSender, Socket, serve_commands, serve_status};
@@ -57,7 +59,7 @@ pub fn run_with_reload(
 
 async fn supervise(
     options: &ServiceOptions,
-    parts: Parts,
+    mut parts: Parts,
     reload: Option<Reload>,
 ) -> Result<ServiceReport, ServiceError> {
     if options.control.is_some() && matches!(parts, Parts::Acquisition(_)) {
@@ -69,6 +71,8 @@ async fn supervise(
     // The sockets are created first, because a second service of the same cell fails there.
     let status_socket = listen(options.status.as_ref())?;
     let control_socket = listen(options.control.as_ref())?;
+    let torque_socket = listen(options.external_torque.as_ref())?;
+    let torque_clients = parts.connect_clients();
     let node = StreamNode::join(parts.stream())?;
     let publisher = node.document_writer(Topic::Status)?;
     // An estimation in a separate process reads the status of the acquisition. Otherwise it could
@@ -89,26 +93,28 @@ async fn supervise(
             let dispatcher = Dispatcher { windows, reload: sender };
             let (latest, documents) = watch::channel(running.publish_snapshot().1);
             let missing = MissingSockets::default();
-            let status = async {
-                let serve = async |socket: &Socket| serve_status(socket, documents.clone()).await;
-                match options.status.as_ref().zip(status_socket) {
-                    Some((at, socket)) => keep_serving(at, socket, &missing, serve).await,
-                    None => pending().await,
-                }
-            };
-            let control = async {
-                let serve =
-                    async |socket: &Socket| serve_commands(socket, dispatcher.clone()).await;
-                match options.control.as_ref().zip(control_socket) {
-                    Some((at, socket)) => keep_serving(at, socket, &missing, serve).await,
-                    None => pending().await,
-                }
-            };
+            let status = keep_serving_optional(
+                options.status.as_ref().zip(status_socket),
+                &missing,
+                async |socket: &Socket| serve_status(socket, documents.clone()).await,
+            );
+            let control = keep_serving_optional(
+                options.control.as_ref().zip(control_socket),
+                &missing,
+                async |socket: &Socket| serve_commands(socket, dispatcher.clone()).await,
+            );
+            let torque_clients = RefCell::new(torque_clients);
+            let torques = keep_serving_optional(
+                options.external_torque.as_ref().zip(torque_socket),
+                &missing,
+                async |socket: &Socket| accept_torque_clients(socket, &torque_clients).await,
+            );
             let attended = (&mut running, &mut manager, reloader, signals);
             let threads = async { handle_events(attended, &missing, latest).await };
             tokio::select! {
                 failed = status => Err(server_failed(failed)),
                 failed = control => Err(server_failed(failed)),
+                failed = torques => Err(server_failed(failed)),
                 end = threads => end,
             }
         }
@@ -195,8 +201,7 @@ async fn next_tick(interval: &mut Option<Interval>) {
 }
 
 fn listen(options: Option<&SocketOptions>) -> Result<Option<Socket>, ServiceError> {
-    let listen = |at: &SocketOptions| Socket::listen(&at.path, at.mode, at.group.as_deref());
-    Ok(options.map(listen).transpose()?)
+    Ok(options.map(SocketOptions::listen).transpose()?)
 }
 
 fn server_failed(failed: io::Result<Infallible>) -> ServiceError {

@@ -5,10 +5,10 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use didim_drivers::source::Source;
-use nix::sys::signal::{SigSet, Signal};
-
 use tokio::sync::mpsc::UnboundedSender;
 
+use super::external_torque::ObserverThread;
+use super::spawn::{block_signals, system};
 use super::{AcquisitionPart, EstimationPart, ServiceError};
 use crate::live::acquire::{AcquireEnd, Acquisition, SharedAcquisition};
 use crate::live::recording::{FrameTap, Recorder, RecorderOptions};
@@ -35,16 +35,20 @@ pub(super) fn start_acquisition(
     let (shared, stop, reports) = (shared.clone(), Arc::clone(stop), reports.clone());
     spawn("bus", move || {
         let ended = run_guarded("bus", || {
-            let AcquisitionPart { source, assembler, options, recorder } = *part;
+            let AcquisitionPart { source, assembler, options, recorder, external_torque } = *part;
             let (recorder, tap) = start_recorder(recorder, &*source, &shared)?.unzip();
+            let settings = (&options.stream, options.real_time);
+            let start = |part| ObserverThread::start(part, settings, &shared);
+            let (observer, samples) = external_torque.map(start).transpose()?.unzip();
             let acquisition = Acquisition::start(&options, source, assembler, &shared)?;
-            let acquisition = acquisition.with_tap(tap);
+            let acquisition = acquisition.with_tap(tap).with_observer(samples);
             // The receiver exists longer than the threads, except just before the end of the
             // process.
             let _ = reports.send(Report::AcquisitionReady);
             let end = acquisition.run(&stop);
             // The tap has been dropped, so the recording can be closed.
             recorder.into_iter().for_each(Recorder::finish);
+            drop(observer);
             Ok(end?)
         });
         let _ = reports.send(Report::AcquisitionEnded(ended));
@@ -58,8 +62,7 @@ fn start_recorder(
 ) -> Result<Option<(Recorder, FrameTap)>, ServiceError> {
     let Some(options) = options else { return Ok(None) };
     let started = Recorder::start(options, source.interfaces(), source.stamp_clock());
-    let (recorder, tap) =
-        started.map_err(|cause| ServiceError::System { action: "start a thread", cause })?;
+    let (recorder, tap) = started.map_err(system("start a thread"))?;
     shared.set_recording(recorder.shared().clone());
     Ok(Some((recorder, tap)))
 }
@@ -90,14 +93,7 @@ fn spawn(name: &'static str, body: impl FnOnce() + Send + 'static) -> Result<(),
             body();
         })
         .map(drop)
-        .map_err(|cause| ServiceError::System { action: "start a thread", cause })
-}
-
-/// Leaves the handled signals to the thread of the supervision, so that they interrupt no wait of
-/// this one. If the system refuses, every wait continues after an interruption.
-fn block_signals() {
-    let handled: SigSet = [Signal::SIGTERM, Signal::SIGINT, Signal::SIGHUP].into_iter().collect();
-    let _ = handled.thread_block();
+        .map_err(system("start a thread"))
 }
 
 /// Runs the body of a thread. A panic is reported to the supervision like any other end. The
@@ -107,23 +103,4 @@ fn run_guarded<T>(
     body: impl FnOnce() -> Result<T, ServiceError>,
 ) -> Result<T, ServiceError> {
     catch_unwind(AssertUnwindSafe(body)).unwrap_or(Err(ServiceError::Panicked { thread }))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_thread_leaves_the_handled_signals_to_the_supervision() {
-        let blocked = std::thread::spawn(|| {
-            block_signals();
-            SigSet::thread_get_mask().unwrap()
-        });
-        let blocked = blocked.join().unwrap();
-        for signal in [Signal::SIGTERM, Signal::SIGINT, Signal::SIGHUP] {
-            assert!(blocked.contains(signal), "{signal}");
-        }
-        // One that nobody handles ends the process wherever it arrives.
-        assert!(!blocked.contains(Signal::SIGUSR1));
-    }
 }

@@ -5,7 +5,10 @@ use std::fmt::Write as _;
 /// Groups of commands, in the order in which users meet them.
 pub(crate) const GROUPS: [(&str, &[&str]); 6] = [
     ("Start here", &["demo", "new", "robot", "check", "completions"]),
-    ("Identify", &["identify", "predict", "compare", "payload", "gains", "convert"]),
+    (
+        "Identify",
+        &["identify", "predict", "external-torque", "compare", "payload", "gains", "convert"],
+    ),
     ("Motions", &["advise", "design"]),
     ("Models", &["export"]),
     ("Studies", &["sim", "replay", "study"]),
@@ -28,7 +31,7 @@ pub(crate) fn grouped_help(command: &clap::Command) -> String {
             // The service is for Linux only.
             let Some(found) = command.find_subcommand(name) else { continue };
             let about = found.get_about().map(ToString::to_string).unwrap_or_default();
-            let _ = writeln!(text, "  {name:11}  {about}");
+            let _ = writeln!(text, "  {name:15}  {about}");
         }
     }
     text + "\nOptions:\n{options}"

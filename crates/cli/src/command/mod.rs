@@ -7,6 +7,7 @@ mod convert;
 mod convert_frames;
 mod design;
 mod export;
+mod external_torque;
 mod fleet;
 mod gains;
 pub(crate) mod groups;
@@ -39,6 +40,8 @@ pub(crate) enum Command {
     Identify(identify::Arguments),
     /// Predict the torques of a recording with a stored result, without fitting
     Predict(predict::Arguments),
+    /// Estimate the torque of contacts along a recording with a stored result
+    ExternalTorque(external_torque::Arguments),
     /// Find the payload of the arm in a recording: mass, centre, inertia, each with its uncertainty
     Payload(payload::Arguments),
     /// Find the drives' torque gains, from recordings without and with a payload of known mass and
@@ -105,6 +108,7 @@ impl Command {
             Self::Robot(arguments) => robot::execute(arguments),
             Self::Identify(arguments) => identify::execute(arguments),
             Self::Predict(arguments) => predict::execute(arguments),
+            Self::ExternalTorque(arguments) => external_torque::execute(arguments),
             Self::Payload(arguments) => payload::execute(arguments),
             Self::Gains(arguments) => gains::execute(arguments),
             Self::Export(arguments) => export::execute(arguments),

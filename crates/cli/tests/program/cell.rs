@@ -15,7 +15,9 @@ use didim::live::worker;
 use didim::service::paths::Paths;
 use didim::service::pipeline::{archiver_options, build_acquisition, build_estimation};
 use didim::service::reload::reload_of;
-use didim::service::status::{ClientError, Request, Snapshot, fetch_status, send_request};
+use didim::service::status::{
+    ClientError, Request, Snapshot, SocketKind, fetch_status, send_request,
+};
 use didim::service::supervision::{
     Parts, ServiceEnd, ServiceOptions, SocketOptions, run_with_reload,
 };
@@ -64,11 +66,15 @@ fn child_runs_a_cell() {
         "estimation" => (Parts::Estimation(work(&cell, &paths)), paths.status_socket()),
         _ => (Parts::Both(bus(&cell, &paths), work(&cell, &paths)), paths.status_socket()),
     };
-    let socket = |path, mode| Some(SocketOptions { path, mode, group: None });
+    let socket = |path, mode| Some(SocketOptions::new(path, mode));
     let estimates = part != "acquisition";
     let options = ServiceOptions {
         status: socket(status, 0o660),
         control: if estimates { socket(paths.command_socket(), 0o600) } else { None },
+        external_torque: cell.contact.as_ref().map(|_| SocketOptions {
+            kind: SocketKind::Packets,
+            ..SocketOptions::new(paths.external_torque_socket(), 0o660)
+        }),
         receive_buffer: None,
         events: paths.state.as_deref().map(|state| EventSource::Service.file_in(state)),
     };

@@ -25,6 +25,9 @@ pub(super) struct ObserverColumns {
     lanes_workspace: Workspace<Lanes<WIDTH>>,
     lanes: Vec<Lanes<WIDTH>>,
     history: Option<Hysteresis>,
+    /// Parameters of the mass matrix, and the matrix.
+    standard: Vec<f64>,
+    masses: Vec<f64>,
     /// Y_p, with p = Y_p φ.
     pub(super) momentum: Vec<f64>,
     /// Y_h, with h = Y_h φ, without the known torques.
@@ -40,11 +43,8 @@ impl ObserverColumns {
             model = model.with_load(arm.standard.clone());
         }
         let columns = model.regressor_entries(&arm.columns);
-        let mask = |&(_, column): &(usize, usize)| {
-            let kind = arm.kinds[column];
-            f64::from(ParameterKind::LINK.contains(&kind) || kind == ParameterKind::Ia)
-        };
-        let is_inertial: Vec<f64> = columns.entries().iter().map(mask).collect();
+        let kinds = columns.entries().iter().map(|(_, column)| arm.kinds[*column]);
+        let is_inertial: Vec<f64> = kinds.map(|kind| f64::from(is_inertia(kind))).collect();
         let count = is_inertial.len();
         Self {
             history: model.history(),
@@ -54,6 +54,8 @@ impl ObserverColumns {
             is_inertial,
             workspace: Workspace::new(),
             lanes_workspace: Workspace::new(),
+            standard: arm.standard.clone(),
+            masses: vec![0.0; robot.joints() * robot.joints()],
             lanes: vec![Lanes([0.0; WIDTH]); count],
             momentum: vec![0.0; count],
             rest: vec![0.0; count],
@@ -110,6 +112,12 @@ impl ObserverColumns {
         }
     }
 
+    /// Returns the mass matrix, in rows of n entries.
+    pub(super) fn mass_matrix(&mut self, q: &[f64]) -> &[f64] {
+        self.model.mass_matrix(&mut self.workspace, &self.standard, q, &mut self.masses);
+        &self.masses
+    }
+
     /// Returns the known torque on a joint.
     pub(super) fn known_torque(&self, joint: usize, position: f64) -> f64 {
         self.model.known_torque(joint, position).unwrap_or(0.0)
@@ -140,6 +148,11 @@ impl ObserverColumns {
     }
 }
 
+/// Returns true for the parameters of the mass matrix.
+fn is_inertia(kind: ParameterKind) -> bool {
+    ParameterKind::LINK.contains(&kind) || kind == ParameterKind::Ia
+}
+
 /// An entry of Coulomb friction.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct CoulombEntry {
@@ -158,7 +171,7 @@ impl CoulombEntry {
     /// `direction`. In a steady motion the direction is ±1 and friction is known. At rest and
     /// during a reversal friction is anywhere between its limits: a uniform distribution.
     pub(super) fn variance(&self, direction: f64) -> f64 {
-        let open = (self.magnitude.powi(2) - direction.powi(2)).max(0.0);
-        self.friction.powi(2) * open / 3.0
+        let undecided = (self.magnitude.powi(2) - direction.powi(2)).max(0.0);
+        self.friction.powi(2) * undecided / 3.0
     }
 }

@@ -10,6 +10,9 @@
 //! r = K (p − LP[p]) + LP[h − τ]
 //! ```
 //!
+//! The speed is the difference of two positions half a time constant apart, and the torque is the
+//! mean over the same time: one count of the encoder would otherwise be a large momentum.
+//!
 //! All of it is linear in the parameters φ. The observer filters the regressor and multiplies by φ
 //! afterwards: r = Y_r φ − LP[τ]. Y_r also gives the standard deviation by parameters, and a new
 //! result takes effect without a transient.
@@ -20,8 +23,10 @@ mod columns;
 mod delay;
 mod error;
 mod low_pass;
+mod mean;
 mod observer;
 mod parameters;
+mod position_noise;
 mod uncertainty;
 
 pub use error::ObserverError;

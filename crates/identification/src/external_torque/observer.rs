@@ -10,12 +10,17 @@ use super::columns::{CoulombEntry, ObserverColumns};
 use super::delay::DelayLine;
 use super::error::ObserverError;
 use super::low_pass::LowPass;
+use super::mean::MovingMean;
 use super::parameters::ArmParameters;
+use super::position_noise::PositionNoise;
 use super::uncertainty::RowCovariance;
 use crate::identification::{KnownArm, ReachedRange, SignalDelays};
 
 /// Longest delay of a signal \[s\]. It bounds the memory.
 const MAX_DELAY_S: f64 = 1.0;
+/// Time over which a speed is a difference, in time constants. It delays the estimate by a quarter
+/// of one, and divides the noise of a position by all samples in it.
+const DIFFERENCE_TIME_CONSTANTS: f64 = 0.5;
 /// Number of time constants after which the response to the first sample has decayed to 5 %.
 const SETTLING_TIME_CONSTANTS: f64 = 3.0;
 
@@ -37,8 +42,8 @@ pub struct ObserverSignals {
 pub struct ObserverOptions {
     /// Bandwidth K / 2π \[Hz\]. A contact shows after a time constant 1 / K.
     pub bandwidth_hz: f64,
-    /// Standard deviation of the estimate by noise and model error, by joint \[N·m or N\]. Empty
-    /// if it is unknown, which is 0.
+    /// Standard deviation of the residuals of the identification, noise and model error, by joint
+    /// \[N·m or N\]. Empty if it is unknown, which is 0.
     pub noise: Vec<f64>,
     /// Motion of the identification, by joint. Empty if it is unknown. The model is not tested
     /// outside.
@@ -62,7 +67,8 @@ pub struct ExternalTorque {
     /// Torque of the environment on each joint \[N·m or N\]. NaN for a joint without a recorded
     /// torque.
     pub torque: [f64; MAX_JOINTS],
-    /// Its standard deviation: parameters, noise, and friction at rest and at reversals.
+    /// Its standard deviation: parameters, residuals of the identification, noise of the positions,
+    /// and friction at rest and at reversals.
     pub standard_deviation: [f64; MAX_JOINTS],
     /// Usability.
     pub state: ObserverState,
@@ -149,18 +155,24 @@ pub struct ExternalTorqueObserver {
     has_torque: [bool; MAX_JOINTS],
     noise_variance: [f64; MAX_JOINTS],
     reached: Vec<ReachedRange>,
+    /// Squares of the entries of R⁻¹, joint by axis, in rows of n.
+    squared_inverse: Vec<f64>,
+    /// Number of samples between the two positions of a speed.
+    difference_samples: usize,
     memory: Memory,
     estimate: ExternalTorque,
 }
 
-/// What the observer keeps of earlier samples.
+/// Memory of earlier samples.
 #[derive(Clone, Debug)]
 struct Memory {
     positions: DelayLine,
     torques: DelayLine,
     sequence: Option<u64>,
-    /// Joint positions of the previous sample.
-    position: Option<[f64; MAX_JOINTS]>,
+    /// Positions of the sample at the begin of a speed's difference.
+    earlier_positions: DelayLine,
+    mean_torque: MovingMean,
+    noise: PositionNoise,
     /// Number of estimates since the beginning of a stretch without a gap.
     estimates: u64,
     /// LP\[Y_h − K Y_p\] and its previous input.
@@ -172,6 +184,18 @@ struct Memory {
     /// Scratch: input of a filter, and Y_r.
     inputs: Vec<f64>,
     residual_rows: Vec<f64>,
+}
+
+impl Memory {
+    /// Forgets the samples before a gap.
+    fn restart(&mut self) {
+        self.positions.clear();
+        self.earlier_positions.clear();
+        self.torques.clear();
+        self.mean_torque.clear();
+        self.noise.restart();
+        self.estimates = 0;
+    }
 }
 
 /// State of a low-pass of several signals.
@@ -229,10 +253,11 @@ impl ExternalTorqueObserver {
             *has = robot.recorded_torque().has_joint(JointIndex::new(joint));
         }
         let gain_per_s = TAU * bandwidth;
+        let difference_samples = whole_samples(DIFFERENCE_TIME_CONSTANTS * rate / gain_per_s);
+        let earlier_delays = position_delays.map(|delay| delay + difference_samples as f64);
         Ok(Self {
             joints,
             sample_rate_hz: rate,
-            transmission: signals.transmission,
             low_pass: LowPass::new(gain_per_s, 1.0 / rate),
             gain_per_s,
             coulomb: columns.coulomb_entries(&arm),
@@ -244,11 +269,16 @@ impl ExternalTorqueObserver {
             has_torque,
             noise_variance,
             reached: options.reached,
+            squared_inverse: squared_inverse(signals.transmission.as_ref(), joints),
+            difference_samples,
+            transmission: signals.transmission,
             memory: Memory {
                 positions: DelayLine::new(position_delays),
                 torques: DelayLine::new(torque_delays),
                 sequence: None,
-                position: None,
+                earlier_positions: DelayLine::new(earlier_delays),
+                mean_torque: MovingMean::new(difference_samples),
+                noise: PositionNoise::new(rate / gain_per_s),
                 estimates: 0,
                 rows: Filtered::new(entries.len()),
                 torque: Filtered::new(joints),
@@ -300,30 +330,30 @@ impl ExternalTorqueObserver {
         assert!(position.len() == self.joints && torque.len() == self.joints, "one per joint");
         let memory = &mut self.memory;
         if memory.sequence.is_some_and(|last| sequence != last.wrapping_add(1)) {
-            memory.positions.clear();
-            memory.torques.clear();
-            memory.position = None;
-            memory.estimates = 0;
+            memory.restart();
         }
         memory.sequence = Some(sequence);
         memory.positions.push(position);
+        memory.earlier_positions.push(position);
         memory.torques.push(torque);
+        memory.noise.push(position);
         let n = self.joints;
-        let mut axes = [0.0; MAX_JOINTS];
-        if !memory.positions.read(&mut axes[..n]) {
+        let [mut now, mut earlier, mut torques] = [[0.0; MAX_JOINTS]; 3];
+        // Each line is read, so that the mean of the torques begins as early as it can.
+        let has_torque =
+            memory.torques.read(&mut torques[..n]) && memory.mean_torque.replace(&mut torques[..n]);
+        let has_positions = memory.positions.read(&mut now[..n])
+            && memory.earlier_positions.read(&mut earlier[..n]);
+        if !(has_torque && has_positions) {
             return None;
         }
-        let mut q = [0.0; MAX_JOINTS];
-        self.to_joints(&axes, &mut q, Transmission::joint_position);
-        let before = self.memory.position.replace(q)?;
-        if !self.memory.torques.read(&mut axes[..n]) {
-            return None;
-        }
-        let mut tau = [0.0; MAX_JOINTS];
-        self.to_joints(&axes, &mut tau, Transmission::joint_torque);
-        let mut dq = [0.0; MAX_JOINTS];
+        let [mut q, mut before, mut tau, mut dq] = [[0.0; MAX_JOINTS]; 4];
+        self.to_joints(&now, &mut q, Transmission::joint_position);
+        self.to_joints(&earlier, &mut before, Transmission::joint_position);
+        self.to_joints(&torques, &mut tau, Transmission::joint_torque);
+        let per_s = self.sample_rate_hz / self.difference_samples as f64;
         for joint in 0..n {
-            dq[joint] = (q[joint] - before[joint]) * self.sample_rate_hz;
+            dq[joint] = (q[joint] - before[joint]) * per_s;
             q[joint] = 0.5 * (q[joint] + before[joint]);
         }
         self.advance(&q[..n], &dq[..n], &mut tau[..n]);
@@ -379,13 +409,15 @@ impl ExternalTorqueObserver {
 
     /// Computes the estimate from the filtered signals.
     fn estimate(&mut self, q: &[f64; MAX_JOINTS]) {
-        let (memory, n) = (&self.memory, self.joints);
-        let rows = &memory.residual_rows;
+        let n = self.joints;
+        let rows = &self.memory.residual_rows;
         let mut torque = [0.0; MAX_JOINTS];
         for (value, &(joint, column)) in rows.iter().zip(self.columns.entries()) {
             torque[joint] += value * self.values[column];
         }
         let mut variance = self.noise_variance;
+        self.add_position_noise(&q[..n], &mut variance);
+        let (memory, rows) = (&self.memory, &self.memory.residual_rows);
         for entry in &self.coulomb {
             variance[entry.joint] += entry.variance(rows[entry.entry]);
         }
@@ -405,6 +437,23 @@ impl ExternalTorqueObserver {
         };
     }
 
+    /// Adds the variance by the noise of the positions. The error of a speed is that of two
+    /// positions, and the estimate contains K times the error of the momentum.
+    fn add_position_noise(&mut self, q: &[f64], variance: &mut [f64; MAX_JOINTS]) {
+        let n = self.joints;
+        let period_s = self.difference_samples as f64 / self.sample_rate_hz;
+        let scale = 2.0 * (self.gain_per_s / period_s).powi(2);
+        let axes = &self.memory.noise.variances[..n];
+        let mut speeds = [0.0; MAX_JOINTS];
+        for (speed, row) in speeds.iter_mut().zip(self.squared_inverse.chunks_exact(n)) {
+            *speed = scale * row.iter().zip(axes).map(|(square, of)| square * of).sum::<f64>();
+        }
+        let masses = self.columns.mass_matrix(q);
+        for (variance, row) in variance.iter_mut().zip(masses.chunks_exact(n)) {
+            *variance += row.iter().zip(&speeds).map(|(mass, of)| mass * mass * of).sum::<f64>();
+        }
+    }
+
     /// Returns the first joint outside the motion of the identification.
     fn joint_outside(&self, q: &[f64; MAX_JOINTS]) -> Option<JointIndex> {
         let speeds = &self.memory.speed.states;
@@ -415,6 +464,35 @@ impl ExternalTorqueObserver {
         let mut joints = self.reached.iter().enumerate();
         joints.position(is_outside).map(JointIndex::new)
     }
+}
+
+/// Returns a number of samples, rounded, at least one.
+fn whole_samples(samples: f64) -> usize {
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "at least 1, and at most the samples of a time constant"
+    )]
+    let count = samples.round().max(1.0) as usize;
+    count
+}
+
+/// Returns the squares of the entries of R⁻¹ in rows of one joint. Without a transmission they are
+/// those of the unit matrix.
+fn squared_inverse(transmission: Option<&Transmission>, joints: usize) -> Vec<f64> {
+    let mut squares = vec![0.0; joints * joints];
+    for axis in 0..joints {
+        let (mut unit, mut column) = ([0.0; MAX_JOINTS], [0.0; MAX_JOINTS]);
+        unit[axis] = 1.0;
+        match transmission {
+            Some(of) => of.joint_position(&unit[..joints], &mut column[..joints]),
+            None => column = unit,
+        }
+        for joint in 0..joints {
+            squares[joint * joints + axis] = column[joint].powi(2);
+        }
+    }
+    squares
 }
 
 /// Returns the delays of positions and of torques \[samples\] that bring all signals of the middle
@@ -433,13 +511,13 @@ fn delays_in_samples(
     let positions = per_joint("position delays", &signals.delays.position_s, joints)?;
     let torques = per_joint("torque delays", &signals.delays.torque_s, joints)?;
     let torques = torques.map(|delay_s| delay_s + mean_delay_s);
-    let all = || positions[..joints].iter().chain(&torques[..joints]).copied();
-    if let Some(value) = all().find(|delay| !(delay.abs() <= MAX_DELAY_S)) {
+    let delays = || positions[..joints].iter().chain(&torques[..joints]).copied();
+    if let Some(value) = delays().find(|delay| !(delay.abs() <= MAX_DELAY_S)) {
         let expected = "at most 1 s in either direction";
         return Err(ObserverError::BadValue { what: "delay of a signal", value, expected });
     }
     // A value that is logged late belongs to an earlier instant, for which all others wait.
-    let latest_s = all().fold(0.0, |latest, delay| f64::max(latest, -delay));
+    let latest_s = delays().fold(0.0, |latest, delay| f64::max(latest, -delay));
     let samples = |delay: f64, half: f64| ((latest_s + delay) * rate + half).max(0.0);
     Ok([positions.map(|delay| samples(delay, 0.0)), torques.map(|delay| samples(delay, 0.5))])
 }
@@ -453,9 +531,9 @@ fn per_joint(
     if !values.is_empty() && values.len() != joints {
         return Err(ObserverError::Length { what, expected: joints, found: values.len() });
     }
-    let mut all = [0.0; MAX_JOINTS];
-    for (to, value) in all.iter_mut().zip(values) {
+    let mut padded = [0.0; MAX_JOINTS];
+    for (to, value) in padded.iter_mut().zip(values) {
         *to = *value;
     }
-    Ok(all)
+    Ok(padded)
 }

@@ -41,8 +41,8 @@ impl ArmParameters {
         let identified = model.reorder_covariance(&selection, &identified);
         let values = model.values(&selection);
         let count = values.len() + selection.fixed().len();
-        let mut all = DMatrix::zeros(count, count);
-        all.view_mut((0, 0), identified.shape()).copy_from(&identified);
+        let mut complete = DMatrix::zeros(count, count);
+        complete.view_mut((0, 0), identified.shape()).copy_from(&identified);
         let fixed = || selection.fixed().iter().copied();
         let columns: Vec<usize> =
             selection.columns().iter().copied().chain(fixed().map(|(column, _)| column)).collect();
@@ -51,7 +51,7 @@ impl ArmParameters {
             kinds: columns.iter().map(|column| table[*column].kind).collect(),
             standard: selection.to_standard(&DVector::from_column_slice(values.as_slice())),
             values: values.iter().copied().chain(fixed().map(|(_, value)| value)).collect(),
-            covariance: all,
+            covariance: complete,
             columns,
         })
     }

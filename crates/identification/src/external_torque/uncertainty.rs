@@ -2,12 +2,28 @@
 
 use nalgebra::DMatrix;
 
+/// Number of partial sums, which vector instructions compute together.
+const PARTS: usize = 4;
+
+/// Returns the scalar product.
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let mut sums = [0.0; PARTS];
+    let (a, b) = (a.chunks_exact(PARTS), b.chunks_exact(PARTS));
+    let rest = a.remainder().iter().zip(b.remainder()).map(|(a, b)| a * b).sum::<f64>();
+    for (a, b) in a.zip(b) {
+        for ((sum, a), b) in sums.iter_mut().zip(a).zip(b) {
+            *sum += a * b;
+        }
+    }
+    sums.iter().sum::<f64>() + rest
+}
+
 /// Covariance of the parameters that act on one joint.
 #[derive(Clone, Debug)]
 pub(super) struct RowCovariance {
     /// Places of the joint's entries.
     entries: Vec<usize>,
-    /// Lower triangle, row by row, with doubled entries beside the diagonal.
+    /// Lower triangle, row by row, with doubled entries off the diagonal.
     triangle: Vec<f64>,
     /// The joint's entries of one sample.
     row: Vec<f64>,
@@ -36,9 +52,7 @@ impl RowCovariance {
         let (mut variance, mut rest) = (0.0, self.triangle.as_slice());
         for a in 0..self.row.len() {
             let (weights, next) = rest.split_at(a + 1);
-            let sum: f64 =
-                weights.iter().zip(&self.row).map(|(weight, value)| weight * value).sum();
-            variance += self.row[a] * sum;
+            variance += self.row[a] * dot(weights, &self.row[..=a]);
             rest = next;
         }
         variance.max(0.0)

@@ -1,6 +1,7 @@
 //! The stream in shared memory, by iceoryx2.
 
 mod document;
+mod external_torque;
 mod management;
 mod network;
 mod node;
@@ -9,6 +10,7 @@ mod reader;
 mod writer;
 
 pub use document::{DocumentReader, DocumentWriter, Topic};
+pub use external_torque::{ExternalTorqueReader, ExternalTorqueWriter};
 pub use network::{PrivateNetwork, RUN_PREFIX, ServiceNetwork};
 pub use node::StreamNode;
 pub use prefault::SHARED_MEMORY;

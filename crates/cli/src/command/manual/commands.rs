@@ -148,6 +148,19 @@ pub(super) const PAGES: &[CommandPage] = &[
         &["didim-identify(1)", "didim-parameters(7)"],
     ),
     page(
+        "external-torque",
+        "Estimates the torque that the environment exerts on each joint, with its standard \
+        deviation, by a momentum observer. Uses a result of the arm; its own payload, if it had \
+        one, is part of the arm.",
+        &[[
+            "didim external-torque --cell cell.toml --result result.json --input other.csv --out \
+            torque.csv",
+            "and write the estimate at each sample",
+        ]],
+        &[STATE_FILES],
+        &["didim-identify(1)", "didim-predict(1)", "didim-payload(1)"],
+    ),
+    page(
         "payload",
         "Finds mass, centre of mass and inertia of a load, from a recording with it and a \
          result of the arm without it.",

@@ -17,6 +17,7 @@ use didim::service::pipeline::{
     open_source, reads_log,
 };
 use didim::service::reload::reload_of;
+use didim::service::status::SocketKind;
 use didim::service::supervision::{
     Parts, ServiceEnd, ServiceOptions, SocketOptions, run_with_reload,
 };
@@ -107,26 +108,8 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
             Parts::Estimation(estimate().map_err(|error| of_pipeline(error, &cell))?)
         }
     };
-    let service = &cell.service;
-    let status = |path| {
-        let group = service.status_group.clone();
-        Some(SocketOptions { path, mode: service.status_mode, group })
-    };
-    let process = match part {
-        Some(Part::Acquisition) => EventSource::Acquisition,
-        None | Some(Part::Estimation) => EventSource::Service,
-    };
-    options.events = paths.state.as_deref().map(|state| process.file_in(state));
-    if part == Some(Part::Acquisition) {
-        options.status = status(paths.acquisition_socket());
-    } else {
-        options.status = status(paths.status_socket());
-        options.control = Some(SocketOptions {
-            path: paths.command_socket(),
-            mode: service.command_mode(),
-            group: service.command_group.clone(),
-        });
-    }
+    let receive_buffer = options.receive_buffer;
+    let options = ServiceOptions { receive_buffer, ..service_options(&cell, &paths, part) };
     let bus = cell.bus().map_err(CliError::from_configuration)?;
     let buses: Vec<String> = bus.sources.iter().map(ToString::to_string).collect();
     tracing::info!(
@@ -147,6 +130,35 @@ pub(super) fn execute(arguments: &Arguments) -> Result<(), CliError> {
         }
     );
     Ok(())
+}
+
+/// Returns the sockets and the file of the events of a part of the service.
+fn service_options(cell: &Cell, paths: &Paths, part: Option<Part>) -> ServiceOptions {
+    let service = &cell.service;
+    let readable = |path, kind| {
+        let group = service.status_group.clone();
+        Some(SocketOptions { path, kind, mode: service.status_mode, group })
+    };
+    let is_acquisition = part == Some(Part::Acquisition);
+    let has_observer = part != Some(Part::Estimation) && cell.contact.is_some();
+    let (process, status) = match is_acquisition {
+        true => (EventSource::Acquisition, paths.acquisition_socket()),
+        false => (EventSource::Service, paths.status_socket()),
+    };
+    ServiceOptions {
+        status: readable(status, SocketKind::Stream),
+        control: (!is_acquisition).then(|| SocketOptions {
+            path: paths.command_socket(),
+            kind: SocketKind::Stream,
+            mode: service.command_mode(),
+            group: service.command_group.clone(),
+        }),
+        external_torque: has_observer
+            .then(|| readable(paths.external_torque_socket(), SocketKind::Packets))
+            .flatten(),
+        receive_buffer: None,
+        events: paths.state.as_deref().map(|state| process.file_in(state)),
+    }
 }
 
 /// Returns the part of the service that this process runs; `None` if one process runs both parts.
