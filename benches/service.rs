@@ -211,10 +211,9 @@ fn main() {
         build_estimation(&cell, &paths, &LastIdentification::default()).unwrap(),
     );
     let options = ServiceOptions {
-        status: Some(SocketOptions { path: paths.status_socket(), mode: 0o600, group: None }),
-        control: None,
+        status: Some(SocketOptions::new(paths.status_socket(), 0o600)),
         receive_buffer: opened.receive_buffer,
-        events: None,
+        ..ServiceOptions::default()
     };
     let status = paths.status_socket();
     let sender = std::thread::Builder::new().name("sender".into()).spawn(move || {

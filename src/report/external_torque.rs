@@ -104,7 +104,9 @@ impl ExternalTorqueFigure {
         let _ = write!(svg, r#"<text class="title" x="{PLOT_LEFT}" y="20">joint {title}</text>"#);
         let parts = || self.parts.iter().map(|part| (part.begin_s, &part.joints[index]));
         let reach = 1.05 * parts().fold(0.0, |reach: f64, (_, part)| reach.max(reach_of(part)));
-        let (Some((start, _)), Some((end, _))) = (parts().next(), parts().last()) else { return };
+        let (Some((start, _)), Some((end, _))) = (parts().next(), parts().next_back()) else {
+            return;
+        };
         if reach <= 0.0 {
             return;
         }

@@ -18,6 +18,7 @@ pub use against::ModelDifference;
 pub use configurations::ConfigurationTexts;
 pub use earlier_version::{EarlierLayout, EarlierVersion, EarlierVersionError, NEWER_FOLDER};
 pub use error::StoreError;
+#[cfg(target_os = "linux")]
 pub(crate) use folder::LATEST_FILE;
 pub use folder::{DEFAULT_KEEP, Store, Stored, number_of_result, result_file};
 pub(crate) use history::day_rows;

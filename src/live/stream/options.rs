@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use didim_dynamics::sample::MAX_JOINTS;
 
 use super::StreamError;
+#[cfg(target_os = "linux")]
 use super::external_torque::MESSAGE_BYTES;
 use super::message::{BATCH_SAMPLES, SampleBatch};
 
@@ -25,6 +26,7 @@ const DOCUMENTS_VERSION: &str = "v1";
 /// Name of the sample service.
 pub(super) const SAMPLES_SERVICE: &str = "samples";
 /// Name of the service of external torques.
+#[cfg(target_os = "linux")]
 pub(super) const EXTERNAL_TORQUE_SERVICE: &str = "external_torque";
 /// Name of the service through which a reader acknowledges batches.
 pub(super) const ACKNOWLEDGEMENTS_SERVICE: &str = "acknowledgements";
@@ -68,11 +70,14 @@ pub(super) const DOCUMENT_WRITER_BYTES: u64 = (MAX_DOCUMENT_READERS * (DOCUMENT_
     * (MAX_DOCUMENT_BYTES as u64 + 128);
 
 /// Maximum number of processes that read external torques.
+#[cfg(target_os = "linux")]
 pub(super) const MAX_EXTERNAL_TORQUE_READERS: usize = 8;
 /// Maximum number of external torques that wait for a reader: 51 ms at 5 kHz.
+#[cfg(target_os = "linux")]
 pub(super) const EXTERNAL_TORQUE_BUFFER: usize = 256;
 /// Shared memory of the writer of external torques \[bytes\]: readers × (buffer + borrowed) +
 /// loaned.
+#[cfg(target_os = "linux")]
 pub(super) const EXTERNAL_TORQUE_WRITER_BYTES: u64 =
     (MAX_EXTERNAL_TORQUE_READERS * (EXTERNAL_TORQUE_BUFFER + 1) + 1) as u64
         * (MESSAGE_BYTES as u64 + SLOT_OVERHEAD_BYTES);

@@ -6,7 +6,7 @@ use super::exposition::{FamilyKind, MAX_LABELS, MetricsText, count_value, flag_v
 use super::{drift, load, recording};
 use crate::archive::store::ParameterValue;
 use crate::live::acquire::{AcquisitionStatus, BusState, Grant};
-use crate::live::external_torque::{ExternalTorqueStatus, JointTorque};
+use crate::live::external_torque::ExternalTorqueStatus;
 use crate::live::latency::LatencySummary;
 use crate::live::worker::{EstimateSummary, EstimationStatus, WindowState};
 use crate::service::status::Snapshot;
@@ -157,22 +157,16 @@ fn add_external_torque(text: &mut MetricsText, status: &ExternalTorqueStatus) {
     let joints = (1_usize..).zip(&status.joints).take(MAX_LABELS);
     let joints: Vec<_> =
         joints.filter_map(|(joint, of)| Some((joint.to_string(), (*of)?))).collect();
-    let families: [(_, _, fn(&JointTorque) -> f64); 2] = [
-        (
-            "didim_external_torque_newton_metres",
-            "Torque of the environment on each joint; newtons of a prismatic joint.",
-            |of| of.value,
-        ),
-        (
-            "didim_external_torque_standard_deviation_newton_metres",
-            "Standard deviation of this torque.",
-            |of| of.standard_deviation,
-        ),
-    ];
-    for (name, help, figure) in families.into_iter().filter(|_| !joints.is_empty()) {
-        let mut family = text.family(name, Gauge, help);
+    if !joints.is_empty() {
+        let help = "Torque of the environment on each joint; newtons of a prismatic joint.";
+        let mut family = text.family("didim_external_torque_newton_metres", Gauge, help);
         for (joint, torque) in &joints {
-            family.add_labelled(&[("joint", joint)], figure(torque));
+            family.add_labelled(&[("joint", joint)], torque.value);
+        }
+        let name = "didim_external_torque_standard_deviation_newton_metres";
+        let mut family = text.family(name, Gauge, "Standard deviation of this torque.");
+        for (joint, torque) in &joints {
+            family.add_labelled(&[("joint", joint)], torque.standard_deviation);
         }
     }
     let counters = [

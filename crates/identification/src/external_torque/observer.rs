@@ -512,7 +512,7 @@ fn delays_in_samples(
     let torques = per_joint("torque delays", &signals.delays.torque_s, joints)?;
     let torques = torques.map(|delay_s| delay_s + mean_delay_s);
     let delays = || positions[..joints].iter().chain(&torques[..joints]).copied();
-    if let Some(value) = delays().find(|delay| !(delay.abs() <= MAX_DELAY_S)) {
+    if let Some(value) = delays().find(|delay| delay.abs() > MAX_DELAY_S || delay.is_nan()) {
         let expected = "at most 1 s in either direction";
         return Err(ObserverError::BadValue { what: "delay of a signal", value, expected });
     }
